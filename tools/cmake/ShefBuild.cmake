@@ -22,6 +22,9 @@ endif()
 
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
+if(NOT SHEF_KERNEL_CHECKS_ONLY)
+    find_package(PNG REQUIRED)
+endif()
 
 add_library(shef_flags INTERFACE)
 target_compile_definitions(shef_flags INTERFACE _GNU_SOURCE)

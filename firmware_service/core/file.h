@@ -1,0 +1,37 @@
+/* Whole files: read into memory in one go, replaced in one go.
+ *
+ * Encoders build their bytes in memory and hand them over at the end, so a path holds either
+ * the old file or the new one, never half of one, also when the program is killed. Not for
+ * streaming threads. Thread: any, one file each. */
+#ifndef SHEF_CORE_FILE_H
+#define SHEF_CORE_FILE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "core/error.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Reads a file of at most max_bytes bytes.
+ *   out_bytes    its content and a zero byte after it; free() it
+ *   out_n_bytes  without that zero
+ * SHEF_ERR_NOT_FOUND, PERMISSION, IO, NO_MEMORY; SHEF_ERR_INVALID: a folder, or too large. */
+SHEF_MUST_CHECK enum shef_err shef_file_read(const char *path, size_t max_bytes,
+                                             uint8_t **out_bytes, size_t *out_n_bytes,
+                                             struct shef_error *err);
+
+/* Creates the file or replaces its content. The folder must exist. A path that is there and is
+ * no regular file (a pipe, /dev/stdout) is written to as it is. The data is handed to the
+ * operating system, not forced to the disk: a power cut may lose it.
+ * On failure the old file, if any, is untouched and nothing new is left in the folder. */
+SHEF_MUST_CHECK enum shef_err shef_file_replace(const char *path, const void *bytes, size_t n_bytes,
+                                                struct shef_error *err);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

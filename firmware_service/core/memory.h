@@ -1,0 +1,47 @@
+/* Memory for pixels, volumes and buffers: aligned to a cache line and zeroed.
+ *
+ * For set-up only; streaming threads work in what set-up gave them. Thread: any. */
+#ifndef SHEF_CORE_MEMORY_H
+#define SHEF_CORE_MEMORY_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "core/error.h"
+#include "core/image.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define SHEF_MEMORY_ALIGN_BYTES 64
+#define SHEF_IMAGE_MAX_SIDE_PX  16384
+
+/* n_items * item_bytes bytes, 64-byte aligned and zero; the size is rounded up to whole cache
+ * lines, so vector loads may run to the end of the last one. Free with free().
+ * NULL: out of memory, or the product is more than size_t holds. */
+void *shef_memory_create(size_t n_items, size_t item_bytes);
+
+/* create: a black image of its own memory. Width and height 1..16384 px; rows start on cache
+ *         lines. SHEF_ERR_INVALID, SHEF_ERR_NO_MEMORY: nothing was allocated.
+ * destroy: frees it and zeroes the view; a zeroed view is allowed. */
+#define SHEF_DECLARE_IMAGE_MEMORY(name)                                                            \
+    SHEF_MUST_CHECK enum shef_err shef_image_create_##name(struct shef_image_##name *out_image,    \
+                                                           int32_t width_px, int32_t height_px,    \
+                                                           struct shef_error *err);                \
+    void shef_image_destroy_##name(struct shef_image_##name *image);
+
+SHEF_DECLARE_IMAGE_MEMORY(u8)
+SHEF_DECLARE_IMAGE_MEMORY(u16)
+SHEF_DECLARE_IMAGE_MEMORY(i8)
+SHEF_DECLARE_IMAGE_MEMORY(i16)
+SHEF_DECLARE_IMAGE_MEMORY(f32)
+SHEF_DECLARE_IMAGE_MEMORY(rgb8)
+
+#undef SHEF_DECLARE_IMAGE_MEMORY
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
