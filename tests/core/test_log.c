@@ -71,7 +71,8 @@ static void test_a_terminal_gets_the_levels_name(void)
     int master, terminal;
     char line[100] = "";
 
-    TEST_ASSERT_EQUAL_INT(0, openpty(&master, &terminal, NULL, NULL, NULL));
+    if (openpty(&master, &terminal, NULL, NULL, NULL) != 0)
+        TEST_IGNORE_MESSAGE("no pseudo-terminal to be had: /dev/pts is not mounted");
     begin_capture(terminal);
     shef_log(SHEF_LOG_WARNING, "no real-time rights");
     end_capture();
