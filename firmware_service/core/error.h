@@ -8,7 +8,7 @@
 
 #include <stdarg.h>
 
-#define SHEF_MUST_CHECK __attribute__((warn_unused_result))
+#define SHEF_MUST_CHECK                   __attribute__((warn_unused_result))
 #define SHEF_PRINTF(fmt_index, first_arg) __attribute__((format(printf, fmt_index, first_arg)))
 
 #ifdef __cplusplus

@@ -28,8 +28,8 @@ enum shef_err shef_edge_map_create(struct shef_edge_map *out_map, enum shef_edge
     if ((kind == SHEF_EDGE_GRADED && !map.graded) || (kind != SHEF_EDGE_GRADED && !map.plus) ||
         (kind == SHEF_EDGE_TERNARY && !map.minus)) {
         shef_edge_map_destroy(&map);
-        return shef_fail(err, SHEF_ERR_NO_MEMORY, "edge map of %d x %d px: out of memory",
-                         width_px, height_px);
+        return shef_fail(err, SHEF_ERR_NO_MEMORY, "edge map of %d x %d px: out of memory", width_px,
+                         height_px);
     }
     *out_map = map;
     return SHEF_OK;
@@ -66,9 +66,27 @@ enum shef_err shef_edge_map_set_binary(struct shef_edge_map *map, struct shef_im
     return SHEF_OK;
 }
 
-static int bit_at(const uint64_t *words, int32_t x)
+/* Eight bits to eight bytes of 0 or 1, least significant bit first in memory. */
+static uint64_t spread_bits(uint64_t bits)
 {
-    return (int)(words[x / 64] >> (x % 64) & 1);
+    const uint64_t ones = UINT64_C(0x0101010101010101);
+    /* Each byte keeps one bit of its own; adding 0x7f carries it to the top if it is set. */
+    const uint64_t own = ((bits & 0xff) * ones) & UINT64_C(0x8040201008040201);
+
+    return ((own + UINT64_C(0x7f7f7f7f7f7f7f7f)) >> 7) & ones;
+}
+
+static void spread_plane_row(const uint64_t *words, int32_t width_px, int8_t *out_row)
+{
+    int32_t x = 0;
+
+    for (; x + 8 <= width_px; x += 8) {
+        const uint64_t bytes = spread_bits(words[x / 64] >> (x % 64));
+
+        memcpy(out_row + x, &bytes, sizeof bytes);
+    }
+    for (; x < width_px; x++)
+        out_row[x] = (int8_t)(words[x / 64] >> (x % 64) & 1);
 }
 
 void shef_edge_map_row(const struct shef_edge_map *map, int32_t y, int8_t *out_row)
@@ -80,13 +98,13 @@ void shef_edge_map_row(const struct shef_edge_map *map, int32_t y, int8_t *out_r
         memcpy(out_row, map->graded + y * map->graded_stride_bytes, (size_t)map->width_px);
         break;
     case SHEF_EDGE_TERNARY:
+        spread_plane_row(map->plus + first_word, map->width_px, out_row);
         for (int32_t x = 0; x < map->width_px; x++)
-            out_row[x] = (int8_t)(bit_at(map->plus + first_word, x) -
-                                  bit_at(map->minus + first_word, x));
+            out_row[x] =
+                (int8_t)(out_row[x] - (map->minus[first_word + (size_t)x / 64] >> (x % 64) & 1));
         break;
     case SHEF_EDGE_UNSIGNED:
-        for (int32_t x = 0; x < map->width_px; x++)
-            out_row[x] = (int8_t)bit_at(map->plus + first_word, x);
+        spread_plane_row(map->plus + first_word, map->width_px, out_row);
         break;
     }
 }

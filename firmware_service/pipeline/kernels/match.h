@@ -1,0 +1,124 @@
+/* The robust matcher's inner loops, one table of functions per instruction set.
+ *
+ * Vocabulary
+ *   cell     a 2x2 block of pixels; the half grid has one value per cell
+ *   level    a disparity candidate: level k stands for disparity (k + 1) * step_px
+ *   lane     a level, padded to n_lanes: a multiple of SHEF_MATCH_LANE_MULTIPLE above the number
+ *            of levels; lanes without a level cost SHEF_MATCH_NO_LEVEL and never win
+ *   pair     two horizontally adjacent 8-bit edge values in one uint16, left one low
+ *
+ * All arithmetic is on 16-bit integers, so that every implementation is bit-exact with the C
+ * reference. Volumes are [cell][lane]: lanes contiguous, cells n_lanes apart. */
+#ifndef SHEF_PIPELINE_KERNELS_MATCH_H
+#define SHEF_PIPELINE_KERNELS_MATCH_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define SHEF_MATCH_LANE_MULTIPLE 16
+#define SHEF_MATCH_COST_ONE      500 /* cost of an uncorrelated window; perfect: 0, opposed: 1000 */
+#define SHEF_MATCH_NO_LEVEL      12288 /* above any path cost; four of them still fit uint16 */
+
+/* One grid row entering or leaving the window: two rows of pixels of both views. */
+struct shef_match_rows {
+    const uint16_t *left[2];  /* pairs, by cell; the low and high bytes are unsigned */
+    const uint16_t *right[2]; /* pairs of signed bytes; cell g, level k: [k - g * pairs_per_cell] */
+};
+
+/* Adds the products of one entering grid row to the column sums and takes a leaving one off.
+ *   columns  n_cells * n_lanes sums of left * right over the window's rows, modulo 2^16 */
+typedef void shef_match_columns_fn(int16_t *columns, const struct shef_match_rows *entering,
+                                   const struct shef_match_rows *leaving, int32_t n_cells,
+                                   int32_t pairs_per_cell, int32_t n_lanes);
+
+/* Fixed-point form of the normalised correlation z, in units that never leave int16:
+ *   t    = (box << shift) - right_sum (signed kinds only: takes off the left values' offset)
+ *   num  = t - mulhrs(left_mean, right_sum)
+ *   z    = mulhrs(mulhrs(mulhrs(num, left_gain) << gain_shift, right_gain), unit)
+ *   cost = COST_ONE - clamp(z, -COST_ONE, COST_ONE)
+ * where mulhrs(a, b) = (a * b + 2^14) >> 15. */
+struct shef_match_scale {
+    int16_t shift;
+    int16_t gain_shift;
+    int16_t unit;
+    int16_t is_signed;
+};
+
+/* What one row of cells is matched with. */
+struct shef_match_row {
+    const int16_t *columns;   /* column sums of cell 0; cells -(half_width + 1).. exist before it */
+    int32_t half_width_cells; /* window = 2 * half_width + 1 cells */
+    int32_t n_cells;
+    int32_t n_lanes;
+    int32_t n_levels;
+    int32_t pairs_per_cell;
+    struct shef_match_scale scale;
+    const int16_t *left_mean;  /* Q15, by cell */
+    const int16_t *left_gain;  /* Q15, by cell */
+    const int16_t *right_sum;  /* cell g, level k: [k - g * pairs_per_cell] */
+    const int16_t *right_gain; /* the same indexing, Q15 */
+    int is_second_pair;        /* average with the cost already in the volume */
+    /* Temporal prior: cost += weight * min(|level's disparity - expected|, cap). */
+    const int16_t *expected; /* 1/16 px, by cell; NULL: no prior */
+    const int16_t *weight;   /* cost per pixel of disparity * 32, by cell */
+    int16_t prior_cap;       /* 1/16 px, at most 31 px */
+    int16_t step;            /* 1/16 px between levels */
+};
+
+/* Window sums, normalisation, prior: the matching cost of one row of cells.
+ *   costs  n_cells * n_lanes */
+typedef void shef_match_costs_fn(uint16_t *costs, const struct shef_match_row *row);
+
+/* One step of a semi-global path for a set of independent cells:
+ *   out[k] = cost[k] + min(prev[k], prev[k-1] + p1, prev[k+1] + p1, m + p2) - m, m = min(prev)
+ * prev and out hold the paths of the n_cells cells contiguously, with one lane of NO_LEVEL before
+ * the first; prev_min and out_min hold their minima. */
+struct shef_match_path {
+    const uint16_t *costs;
+    ptrdiff_t costs_stride; /* lanes from one cell to the next */
+    const uint16_t *prev;
+    const uint16_t *prev_min;
+    uint16_t *out;
+    uint16_t *out_min;
+    uint16_t *sums; /* the volume that the path's costs are added to */
+    ptrdiff_t sums_stride;
+    int is_first; /* sums is written, not added to */
+    int32_t n_cells;
+    int32_t n_lanes;
+    uint16_t p1;
+    uint16_t p2;
+};
+typedef void shef_match_path_fn(const struct shef_match_path *path);
+
+/* The winner of each cell and what its neighbourhood in the volume looks like. */
+struct shef_match_best {
+    uint16_t level; /* of the smallest sum; the smallest such level */
+    uint16_t sum;
+    uint16_t below;  /* sum one level lower; NO_LEVEL * 4 at the end of the range */
+    uint16_t above;  /* sum one level higher; likewise */
+    uint16_t margin; /* smallest sum more than two levels away, minus sum */
+};
+typedef void shef_match_winner_fn(struct shef_match_best *out_best, const uint16_t *sums,
+                                  int32_t n_cells, int32_t n_lanes, int32_t n_levels);
+
+struct shef_match_kernels {
+    const char *isa; /* "c", "avx2", "avx512", "neon" */
+    uint32_t cpu_features;
+    shef_match_columns_fn *columns;
+    shef_match_costs_fn *costs;
+    shef_match_path_fn *path;
+    shef_match_winner_fn *winner;
+};
+
+/* The best table that these features (core/cpu.h) allow. Never NULL. */
+const struct shef_match_kernels *shef_match_pick(uint32_t cpu_features);
+
+extern const struct shef_match_kernels shef_match_kernels_c;
+#if defined(__x86_64__)
+extern const struct shef_match_kernels shef_match_kernels_avx2;
+extern const struct shef_match_kernels shef_match_kernels_avx512;
+#elif defined(__aarch64__)
+extern const struct shef_match_kernels shef_match_kernels_neon;
+#endif
+
+#endif

@@ -1,0 +1,133 @@
+/* 32 lanes: AVX-512 F, BW, VL, DQ. Masks cut the last vector, so 48 lanes take one and a half. */
+#include <immintrin.h>
+
+#include "core/cpu.h"
+
+#define VEC_LANES 32
+typedef __m512i vec;
+typedef __mmask32 vec_select;
+
+static inline __mmask32 first_lanes(int32_t n)
+{
+    return n >= VEC_LANES ? UINT32_MAX : (1u << n) - 1;
+}
+
+static inline vec vec_load(const void *from, int32_t n)
+{
+    return _mm512_maskz_loadu_epi16(first_lanes(n), from);
+}
+
+static inline void vec_store(void *to, vec a, int32_t n)
+{
+    _mm512_mask_storeu_epi16(to, first_lanes(n), a);
+}
+
+static inline vec vec_set1(int16_t value)
+{
+    return _mm512_set1_epi16(value);
+}
+
+static inline vec vec_iota(void)
+{
+    return _mm512_cvtepu8_epi16(_mm256_setr_epi8(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14,
+                                                 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27,
+                                                 28, 29, 30, 31));
+}
+
+static inline vec vec_add(vec a, vec b)
+{
+    return _mm512_add_epi16(a, b);
+}
+
+static inline vec vec_sub(vec a, vec b)
+{
+    return _mm512_sub_epi16(a, b);
+}
+
+static inline vec vec_mul(vec a, vec b)
+{
+    return _mm512_mullo_epi16(a, b);
+}
+
+static inline vec vec_mulhrs(vec a, vec b)
+{
+    return _mm512_mulhrs_epi16(a, b);
+}
+
+static inline vec vec_dot_pairs(vec unsigned_pairs, vec signed_pairs)
+{
+    return _mm512_maddubs_epi16(unsigned_pairs, signed_pairs);
+}
+
+static inline vec vec_shift_left(vec a, int bits)
+{
+    return _mm512_sll_epi16(a, _mm_cvtsi32_si128(bits));
+}
+
+static inline vec vec_abs(vec a)
+{
+    return _mm512_abs_epi16(a);
+}
+
+static inline vec vec_average(vec a, vec b)
+{
+    return _mm512_avg_epu16(a, b);
+}
+
+static inline vec vec_min(vec a, vec b)
+{
+    return _mm512_min_epu16(a, b);
+}
+
+static inline vec vec_min_signed(vec a, vec b)
+{
+    return _mm512_min_epi16(a, b);
+}
+
+static inline vec vec_max_signed(vec a, vec b)
+{
+    return _mm512_max_epi16(a, b);
+}
+
+static inline vec vec_min_of_first(vec so_far, vec a, int32_t n)
+{
+    return _mm512_mask_min_epu16(so_far, first_lanes(n), so_far, a);
+}
+
+static inline uint16_t vec_smallest(vec a)
+{
+    const __m256i half =
+        _mm256_min_epu16(_mm512_castsi512_si256(a), _mm512_extracti64x4_epi64(a, 1));
+    const __m128i quarter =
+        _mm_min_epu16(_mm256_castsi256_si128(half), _mm256_extracti128_si256(half, 1));
+
+    return (uint16_t)_mm_cvtsi128_si32(_mm_minpos_epu16(quarter));
+}
+
+static inline vec_select vec_below(vec a, vec limit)
+{
+    return _mm512_cmplt_epi16_mask(a, limit);
+}
+
+static inline vec vec_choose(vec_select which, vec yes, vec no)
+{
+    return _mm512_mask_blend_epi16(which, no, yes);
+}
+
+static inline int32_t vec_first_equal(vec a, vec b)
+{
+    const uint32_t mask = _mm512_cmpeq_epi16_mask(a, b);
+
+    return mask ? __builtin_ctz(mask) : -1;
+}
+
+#include "pipeline/kernels/match_vec.h"
+
+const struct shef_match_kernels shef_match_kernels_avx512 = {
+    .isa = "avx512",
+    .cpu_features = SHEF_CPU_AVX512,
+    .columns = columns_vec,
+    .costs = costs_vec,
+    .path = path_vec,
+    .winner = winner_vec,
+};

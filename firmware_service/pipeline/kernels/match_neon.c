@@ -1,0 +1,136 @@
+/* 8 lanes: NEON of arm64. */
+#include <arm_neon.h>
+
+#include "core/cpu.h"
+
+#define VEC_LANES 8
+typedef int16x8_t vec;
+typedef uint16x8_t vec_select;
+
+static inline vec vec_load(const void *from, int32_t n)
+{
+    (void)n;
+    return vreinterpretq_s16_u8(vld1q_u8(from));
+}
+
+static inline void vec_store(void *to, vec a, int32_t n)
+{
+    (void)n;
+    vst1q_u8(to, vreinterpretq_u8_s16(a));
+}
+
+static inline vec vec_set1(int16_t value)
+{
+    return vdupq_n_s16(value);
+}
+
+static inline vec vec_iota(void)
+{
+    static const int16_t lanes[VEC_LANES] = { 0, 1, 2, 3, 4, 5, 6, 7 };
+
+    return vld1q_s16(lanes);
+}
+
+static inline vec vec_add(vec a, vec b)
+{
+    return vaddq_s16(a, b);
+}
+
+static inline vec vec_sub(vec a, vec b)
+{
+    return vsubq_s16(a, b);
+}
+
+static inline vec vec_mul(vec a, vec b)
+{
+    return vmulq_s16(a, b);
+}
+
+/* (2ab + 2^15) >> 16: the same rounding; it saturates only at -2^15 squared, which no table holds.
+ */
+static inline vec vec_mulhrs(vec a, vec b)
+{
+    return vqrdmulhq_s16(a, b);
+}
+
+static inline vec vec_dot_pairs(vec unsigned_pairs, vec signed_pairs)
+{
+    const uint8x16_t u = vreinterpretq_u8_s16(unsigned_pairs);
+    const int8x16_t s = vreinterpretq_s8_s16(signed_pairs);
+    const int16x8_t low =
+        vmulq_s16(vreinterpretq_s16_u16(vmovl_u8(vget_low_u8(u))), vmovl_s8(vget_low_s8(s)));
+    const int16x8_t high =
+        vmulq_s16(vreinterpretq_s16_u16(vmovl_u8(vget_high_u8(u))), vmovl_s8(vget_high_s8(s)));
+
+    return vpaddq_s16(low, high);
+}
+
+static inline vec vec_shift_left(vec a, int bits)
+{
+    return vshlq_s16(a, vdupq_n_s16((int16_t)bits));
+}
+
+static inline vec vec_abs(vec a)
+{
+    return vabsq_s16(a);
+}
+
+static inline vec vec_average(vec a, vec b)
+{
+    return vreinterpretq_s16_u16(vrhaddq_u16(vreinterpretq_u16_s16(a), vreinterpretq_u16_s16(b)));
+}
+
+static inline vec vec_min(vec a, vec b)
+{
+    return vreinterpretq_s16_u16(vminq_u16(vreinterpretq_u16_s16(a), vreinterpretq_u16_s16(b)));
+}
+
+static inline vec vec_min_signed(vec a, vec b)
+{
+    return vminq_s16(a, b);
+}
+
+static inline vec vec_max_signed(vec a, vec b)
+{
+    return vmaxq_s16(a, b);
+}
+
+static inline vec vec_min_of_first(vec so_far, vec a, int32_t n)
+{
+    (void)n;
+    return vec_min(so_far, a);
+}
+
+static inline uint16_t vec_smallest(vec a)
+{
+    return vminvq_u16(vreinterpretq_u16_s16(a));
+}
+
+static inline vec_select vec_below(vec a, vec limit)
+{
+    return vcltq_s16(a, limit);
+}
+
+static inline vec vec_choose(vec_select which, vec yes, vec no)
+{
+    return vbslq_s16(which, yes, no);
+}
+
+static inline int32_t vec_first_equal(vec a, vec b)
+{
+    /* One byte a lane, moved into a general register. */
+    const uint64_t mask = vget_lane_u64(vreinterpret_u64_u8(vmovn_u16(vceqq_s16(a, b))), 0);
+
+    return mask ? __builtin_ctzll(mask) / 8 : -1;
+}
+
+#include "pipeline/kernels/match_vec.h"
+
+const struct shef_match_kernels shef_match_kernels_neon = {
+    .isa = "neon",
+    .cpu_features = SHEF_CPU_NEON,
+    .columns = columns_vec,
+    .costs = costs_vec,
+    .path = path_vec,
+    .winner = winner_vec,
+};

@@ -1,0 +1,337 @@
+/* Parameters checked and turned into sizes, fixed-point scales and memory. */
+#include "pipeline/robust_internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "core/cpu.h"
+#include "core/memory.h"
+
+/* Vector loads may run this many lanes past a row's end. */
+#define PAD_LANES 64
+
+struct shef_robust_params shef_robust_defaults(int32_t width_px, int32_t height_px,
+                                               enum shef_edge_kind kind)
+{
+    const bool is_signed = kind != SHEF_EDGE_UNSIGNED;
+
+    return (struct shef_robust_params){
+        .width_px = width_px,
+        .height_px = height_px,
+        .max_disparity_px = 80,
+        .step_px = 2,
+        .window_width_cells = is_signed ? 7 : 15,
+        .window_height_cells = is_signed ? 7 : 11,
+        .kind = kind,
+        .regularisation = 0.01,
+        .p1 = 240,
+        .p2 = 3600,
+        .use_past = true,
+        .prior_cost_per_px = 25.0,
+        .saturated_cost_per_px = 60.0,
+        .prior_cap_px = 24.0,
+        .saturated_share = 0.40,
+    };
+}
+
+/* The largest shift that keeps value below 2^15. */
+static int16_t spare_bits(double value)
+{
+    int16_t bits = 0;
+
+    while (value * 2.0 < 32768.0 && bits < 14) {
+        value *= 2.0;
+        bits++;
+    }
+    return bits;
+}
+
+/* The correlation in kernels/match.h, with every product as large as int16 allows:
+ * |covariance| <= window * amplitude^2, and after the left gain at most sigma_right * smallest. */
+static struct shef_match_scale scale_of(const struct robust_shape *shape, bool is_signed)
+{
+    const double largest = (double)shape->window_px * shape->amplitude * shape->amplitude;
+    const double variance = is_signed ? largest : largest / 4.0;
+    const double floor2 = shape->smallest_sigma * shape->smallest_sigma;
+    struct shef_match_scale scale = { .shift = spare_bits(largest), .is_signed = is_signed };
+
+    scale.gain_shift = spare_bits(sqrt((variance + floor2) * floor2) * (1 << scale.shift));
+    scale.unit = (int16_t)lrint(32768.0 * SHEF_MATCH_COST_ONE /
+                                (floor2 * (1 << (scale.shift + scale.gain_shift))));
+    return scale;
+}
+
+void robust_shape_init(struct robust_shape *shape, const struct shef_robust_params *params)
+{
+    const bool is_signed = params->kind != SHEF_EDGE_UNSIGNED;
+    const int32_t window_cells = params->window_width_cells * params->window_height_cells;
+
+    *shape = (struct robust_shape){
+        .grid_width = (params->width_px + 1) / 2,
+        .grid_height = (params->height_px + 1) / 2,
+        .half_width = params->window_width_cells / 2,
+        .half_height = params->window_height_cells / 2,
+        .n_levels = params->max_disparity_px / params->step_px,
+        .pairs_per_cell = 2 / params->step_px,
+        .window_px = 4 * window_cells,
+        .amplitude = 1,
+    };
+    /* At least one lane without a level ends each cell's levels. */
+    shape->n_lanes = (shape->n_levels / SHEF_MATCH_LANE_MULTIPLE + 1) * SHEF_MATCH_LANE_MULTIPLE;
+    shape->left_length = shape->grid_width + shape->half_width;
+    shape->right_front = shape->left_length * shape->pairs_per_cell;
+    shape->right_length =
+        shape->right_front + shape->n_lanes + shape->half_width * shape->pairs_per_cell + PAD_LANES;
+    /* A window of products must fit int16; more than 15 grades bring nothing. */
+    if (params->kind == SHEF_EDGE_GRADED) {
+        const int32_t most = (int32_t)sqrt(32767.0 / shape->window_px);
+
+        shape->amplitude = most < 1 ? 1 : most > 15 ? 15 : most;
+    }
+    shape->offset = is_signed ? shape->amplitude : 0;
+    shape->smallest_sigma = sqrt(params->regularisation * shape->window_px) * shape->amplitude;
+    shape->scale = scale_of(shape, is_signed);
+}
+
+static enum shef_err check(const struct shef_robust_params *params, struct shef_error *err)
+{
+    const struct {
+        const char *name;
+        double value;
+        double low;
+        double high;
+    } ranges[] = {
+        { "width (px)", params->width_px, 32, 4096 },
+        { "height (px)", params->height_px, 32, 4096 },
+        { "largest disparity (px)", params->max_disparity_px, 16, 256 },
+        { "disparity step (px)", params->step_px, 1, 2 },
+        { "window width (cells)", params->window_width_cells, 1, 31 },
+        { "window height (cells)", params->window_height_cells, 1, 31 },
+        { "regularisation", params->regularisation, 0.005, 0.5 },
+        { "p1", params->p1, 1, 4500 },
+        { "p2", params->p2, params->p1, 4500 },
+        { "prior cost per px", params->prior_cost_per_px, 0, 64 },
+        { "saturated cost per px", params->saturated_cost_per_px, 0, 64 },
+        { "prior cap (px)", params->prior_cap_px, 0, 31 },
+        { "saturated share", params->saturated_share, 0, 1 },
+    };
+
+    for (size_t i = 0; i < sizeof ranges / sizeof ranges[0]; i++)
+        if (!(ranges[i].value >= ranges[i].low && ranges[i].value <= ranges[i].high))
+            return shef_fail(err, SHEF_ERR_INVALID, "matcher: %s is %g, must be %g to %g",
+                             ranges[i].name, ranges[i].value, ranges[i].low, ranges[i].high);
+    if (params->window_width_cells % 2 == 0 || params->window_height_cells % 2 == 0)
+        return shef_fail(err, SHEF_ERR_INVALID,
+                         "matcher: a window of %d x %d cells has no centre, both must be odd",
+                         params->window_width_cells, params->window_height_cells);
+    if (params->max_disparity_px >= params->width_px)
+        return shef_fail(err, SHEF_ERR_INVALID,
+                         "matcher: disparities up to %d px are more than the image is wide (%d px)",
+                         params->max_disparity_px, params->width_px);
+    if (params->max_disparity_px % params->step_px != 0)
+        return shef_fail(err, SHEF_ERR_INVALID,
+                         "matcher: largest disparity %d px is no multiple of the step, %d px",
+                         params->max_disparity_px, params->step_px);
+    return SHEF_OK;
+}
+
+/* Hands out memory and remembers whether any request failed. */
+struct allocator {
+    size_t total_bytes;
+    bool failed;
+};
+
+static void *take(struct allocator *from, size_t n_items, size_t item_bytes)
+{
+    void *memory = shef_memory_create(n_items, item_bytes);
+
+    from->total_bytes += n_items * item_bytes;
+    from->failed |= memory == NULL;
+    return memory;
+}
+
+#define TAKE_IMAGE(from, image, width, height)                                                     \
+    do {                                                                                           \
+        (image)->width_px = (width);                                                               \
+        (image)->height_px = (height);                                                             \
+        (image)->stride_bytes = (ptrdiff_t)((width) * sizeof *(image)->data + 63) / 64 * 64;       \
+        (image)->data = take(from, (size_t)(height), (size_t)(image)->stride_bytes);               \
+    } while (0)
+
+/* A path buffer: one lane without a level in front, padding behind. */
+static uint16_t *take_path(struct allocator *from, int32_t n_cells, int32_t n_lanes)
+{
+    uint16_t *memory = take(from, (size_t)(n_cells * n_lanes + 2 * PAD_LANES), sizeof *memory);
+
+    if (!memory)
+        return NULL;
+    memory[PAD_LANES - 1] = SHEF_MATCH_NO_LEVEL;
+    return memory + PAD_LANES;
+}
+
+static void take_chunk(struct allocator *from, struct robust_chunk *chunk,
+                       const struct robust_shape *shape, int32_t width_px)
+{
+    const size_t n_columns = (size_t)(shape->left_length + shape->half_width + 1);
+    const size_t n_left = (size_t)shape->left_length;
+    const size_t n_right = (size_t)shape->right_length;
+    const int32_t n_cells = PATH_ROWS > STRIP_CELLS ? PATH_ROWS : STRIP_CELLS;
+
+    chunk->columns = take(from, n_columns * (size_t)shape->n_lanes + PAD_LANES, sizeof(int16_t));
+    chunk->left_sum = take(from, n_left, sizeof(int32_t));
+    chunk->left_square = take(from, n_left, sizeof(int32_t));
+    chunk->right_sum = take(from, n_right, sizeof(int32_t));
+    chunk->right_square = take(from, n_right, sizeof(int32_t));
+    chunk->left_mean = take(from, n_left, sizeof(int16_t));
+    chunk->left_gain = take(from, n_left, sizeof(int16_t));
+    chunk->right_scaled = take(from, n_right, sizeof(int16_t));
+    chunk->right_gain = take(from, n_right, sizeof(int16_t));
+    chunk->weight = take(from, n_left, sizeof(int16_t));
+    chunk->aligned_memory = take(from, (size_t)(2 * shape->grid_width) + 2 * PAD_LANES, 1);
+    chunk->aligned = chunk->aligned_memory ? chunk->aligned_memory + PAD_LANES : NULL;
+    chunk->bias = take(from, (size_t)width_px, sizeof(float));
+    for (int i = 0; i < 2; i++)
+        chunk->paths[i] = take_path(from, n_cells, shape->n_lanes);
+}
+
+static void take_view(struct allocator *from, struct robust_view *view,
+                      const struct robust_shape *shape)
+{
+    const size_t n_rows = 2 * (size_t)shape->grid_height;
+
+    TAKE_IMAGE(from, &view->left, 2 * shape->grid_width, 2 * shape->grid_height);
+    TAKE_IMAGE(from, &view->right, 2 * shape->grid_width, 2 * shape->grid_height);
+    view->left_pairs = take(from, n_rows * (size_t)shape->left_length, sizeof(uint16_t));
+    view->right_pairs = take(from, n_rows * (size_t)shape->right_length, sizeof(uint16_t));
+}
+
+static void take_grid(struct allocator *from, struct robust_grid *grid,
+                      const struct robust_shape *shape, const struct shef_robust_params *params)
+{
+    TAKE_IMAGE(from, &grid->disparity, shape->grid_width, shape->grid_height);
+    TAKE_IMAGE(from, &grid->margin, shape->grid_width, shape->grid_height);
+    TAKE_IMAGE(from, &grid->texture, shape->grid_width, shape->grid_height);
+    TAKE_IMAGE(from, &grid->expected, shape->grid_width, shape->grid_height);
+    TAKE_IMAGE(from, &grid->trust, shape->grid_width, shape->grid_height);
+    TAKE_IMAGE(from, &grid->thumbnail, params->width_px / THUMBNAIL_PX,
+               params->height_px / THUMBNAIL_PX);
+}
+
+static void take_all(struct allocator *from, struct shef_robust *matcher)
+{
+    const struct robust_shape *shape = &matcher->shape;
+    const size_t volume =
+        (size_t)shape->grid_height * (size_t)shape->grid_width * (size_t)shape->n_lanes + PAD_LANES;
+
+    matcher->costs = take(from, volume, sizeof(uint16_t));
+    matcher->sums = take(from, volume, sizeof(uint16_t));
+    matcher->zero_left = take(from, (size_t)shape->left_length, sizeof(uint16_t));
+    matcher->zero_right = take(from, (size_t)shape->right_length, sizeof(uint16_t));
+    matcher->tables = take(from, 1, sizeof *matcher->tables);
+    TAKE_IMAGE(from, &matcher->cell_confidence, shape->grid_width, shape->grid_height);
+    for (int i = 0; i < 2; i++) {
+        take_view(from, &matcher->views[i], shape);
+        take_grid(from, &matcher->grids[i], shape, &matcher->params);
+    }
+    matcher->chunks = take(from, (size_t)matcher->n_chunks, sizeof *matcher->chunks);
+    for (int32_t i = 0; matcher->chunks && i < matcher->n_chunks; i++)
+        take_chunk(from, &matcher->chunks[i], shape, matcher->params.width_px);
+}
+
+struct shef_robust *shef_robust_create(const struct shef_robust_params *params,
+                                       uint32_t cpu_features, struct shef_workers *workers,
+                                       struct shef_error *err)
+{
+    struct allocator from = { 0 };
+
+    if (check(params, err) != SHEF_OK)
+        return NULL;
+
+    struct shef_robust *matcher = take(&from, 1, sizeof *matcher);
+
+    if (matcher) {
+        matcher->params = *params;
+        matcher->kernels = shef_match_pick(cpu_features);
+        matcher->workers = workers;
+        matcher->n_chunks = workers ? shef_workers_count(workers) : 1;
+        robust_shape_init(&matcher->shape, params);
+        take_all(&from, matcher);
+    }
+    if (from.failed) {
+        (void)shef_fail(err, SHEF_ERR_NO_MEMORY,
+                        "matcher for %d x %d px and %d px of disparity: no memory for %zu MB; "
+                        "choose a smaller range",
+                        params->width_px, params->height_px, params->max_disparity_px,
+                        from.total_bytes >> 20);
+        shef_robust_destroy(matcher);
+        return NULL;
+    }
+    matcher->memory_bytes = from.total_bytes;
+    robust_confidence_init(matcher->tables);
+    return matcher;
+}
+
+size_t shef_robust_memory_bytes(const struct shef_robust *matcher)
+{
+    return matcher->memory_bytes;
+}
+
+const char *shef_robust_isa(const struct shef_robust *matcher)
+{
+    return matcher->kernels->isa;
+}
+
+static void free_path(uint16_t *path)
+{
+    if (path)
+        free(path - PAD_LANES);
+}
+
+static void free_chunk(struct robust_chunk *chunk)
+{
+    free(chunk->columns);
+    free(chunk->left_sum);
+    free(chunk->left_square);
+    free(chunk->right_sum);
+    free(chunk->right_square);
+    free(chunk->left_mean);
+    free(chunk->left_gain);
+    free(chunk->right_scaled);
+    free(chunk->right_gain);
+    free(chunk->weight);
+    free(chunk->aligned_memory);
+    free(chunk->bias);
+    free_path(chunk->paths[0]);
+    free_path(chunk->paths[1]);
+}
+
+void shef_robust_destroy(struct shef_robust *matcher)
+{
+    if (!matcher)
+        return;
+    for (int32_t i = 0; matcher->chunks && i < matcher->n_chunks; i++)
+        free_chunk(&matcher->chunks[i]);
+    free(matcher->chunks);
+    for (int i = 0; i < 2; i++) {
+        struct robust_view *view = &matcher->views[i];
+        struct robust_grid *grid = &matcher->grids[i];
+
+        free(view->left.data);
+        free(view->right.data);
+        free(view->left_pairs);
+        free(view->right_pairs);
+        free(grid->disparity.data);
+        free(grid->margin.data);
+        free(grid->texture.data);
+        free(grid->expected.data);
+        free(grid->trust.data);
+        free(grid->thumbnail.data);
+    }
+    free(matcher->cell_confidence.data);
+    free(matcher->tables);
+    free(matcher->zero_left);
+    free(matcher->zero_right);
+    free(matcher->costs);
+    free(matcher->sums);
+    free(matcher);
+}
