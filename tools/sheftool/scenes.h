@@ -1,0 +1,41 @@
+/* Which pairs belong to which scene, for figures per scene and for leaving scenes out in turn.
+ *
+ * In this order: a file scenes.json in the data folder says it; or the numbers are those of the
+ * authors' data set (1-49 complex boxes, 50-98 picnic, 99-147 simple boxes, and none above 147);
+ * or all pairs are one scene called "all". Thread: any. */
+#ifndef SHEFTOOL_SCENES_H
+#define SHEFTOOL_SCENES_H
+
+#include <jansson.h>
+#include <stdint.h>
+
+#include "core/error.h"
+#include "sheftool/pair_list.h"
+
+#define SHEF_MAX_SCENES       16
+#define SHEF_SCENE_NAME_BYTES 48
+
+struct shef_scene {
+    char name[SHEF_SCENE_NAME_BYTES];
+    int64_t first, last; /* pair numbers, both included */
+};
+
+struct shef_scenes {
+    struct shef_scene at[SHEF_MAX_SCENES];
+    int32_t n;
+};
+
+/* Finds the scenes of some pairs; scenes without a pair are left out.
+ *   folder  where scenes.json may lie: {"scenes": [{"name": "...", "first": 1, "last": 16}, ...]}
+ * SHEF_ERR_FORMAT: the file is there but is not that; or a pair belongs to no or to two scenes. */
+SHEF_MUST_CHECK enum shef_err shef_scenes_find(struct shef_scenes *out_scenes, const char *folder,
+                                               const struct shef_numbered_list *pairs,
+                                               struct shef_error *err);
+
+/* The scene of a pair, 0..n-1. The pair must be one of those given to find(). */
+int32_t shef_scenes_of(const struct shef_scenes *scenes, int64_t number);
+
+/* The content of a scenes.json; NULL if out of memory. */
+json_t *shef_scenes_json(const struct shef_scenes *scenes);
+
+#endif
