@@ -1,0 +1,129 @@
+/* sheftool: the offline tool. Finds the command in one table, parses its options, runs it. */
+#include <errno.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "sheftool/command.h"
+
+enum { EXIT_USAGE = 2, EXIT_INTERRUPTED = 130 };
+
+static const struct shef_command *const commands[] = {
+    &shef_command_synth,
+};
+
+#define N_COMMANDS ((int)(sizeof commands / sizeof commands[0]))
+
+static void print_help(FILE *out)
+{
+    fprintf(out, "sheftool: disparity from the edges of one frame camera and one event camera\n\n"
+                 "Usage: sheftool COMMAND [OPTIONS]\n"
+                 "       sheftool COMMAND --help\n\n"
+                 "Commands:\n");
+    for (int i = 0; i < N_COMMANDS; i++)
+        fprintf(out, "  %-16s %s\n", commands[i]->name, commands[i]->summary);
+    fprintf(out, "\nExit status: 0 done, 1 failed (one sentence on standard error says why),\n"
+                 "2 the command line is wrong.\n");
+}
+
+static void print_command_help(const struct shef_command *command, FILE *out)
+{
+    const int n = fprintf(out, "Usage: sheftool %s", command->name);
+
+    shef_options_synopsis(command->options, n, out);
+    fprintf(out, "\n%s\n\nOptions:\n", command->description);
+    shef_options_help(command->options, out);
+}
+
+/* Finds the command that argv names and how many words its name has. */
+static const struct shef_command *find_command(int argc, char **argv, int *out_n_words)
+{
+    for (int i = 0; i < N_COMMANDS; i++) {
+        const char *name = commands[i]->name;
+        const char *gap = strchr(name, ' ');
+
+        if (!gap && argc > 1 && strcmp(name, argv[1]) == 0) {
+            *out_n_words = 1;
+            return commands[i];
+        }
+        if (gap && argc > 2 && strncmp(name, argv[1], (size_t)(gap - name)) == 0 &&
+            argv[1][gap - name] == '\0' && strcmp(gap + 1, argv[2]) == 0) {
+            *out_n_words = 2;
+            return commands[i];
+        }
+    }
+    return NULL;
+}
+
+/* "bench" or "bench --help": the first word of several commands. */
+static bool print_group_help(const char *word)
+{
+    const size_t n = strlen(word);
+    bool found = false;
+
+    for (int i = 0; i < N_COMMANDS; i++) {
+        if (strncmp(commands[i]->name, word, n) != 0 || commands[i]->name[n] != ' ')
+            continue;
+        if (found)
+            putchar('\n');
+        print_command_help(commands[i], stdout);
+        found = true;
+    }
+    return found;
+}
+
+static int run_command(const struct shef_command *command, int argc, char **argv)
+{
+    struct shef_error err = { 0 };
+    bool help = false;
+    int status = EXIT_SUCCESS;
+    void *settings = calloc(1, command->settings_bytes);
+
+    if (!settings) {
+        fprintf(stderr, "sheftool %s: out of memory\n", command->name);
+        return EXIT_FAILURE;
+    }
+    if (shef_options_parse(command->options, settings, argc, argv, &help, &err) != SHEF_OK)
+        status = EXIT_USAGE;
+    else if (help)
+        print_command_help(command, stdout);
+    else if (command->check && command->check(settings, &err) != SHEF_OK)
+        status = EXIT_USAGE;
+    else if (command->run(settings, &err) != SHEF_OK)
+        status = shef_interrupted() ? EXIT_INTERRUPTED : EXIT_FAILURE;
+    free(settings);
+
+    if (status == EXIT_SUCCESS && (fflush(stdout) != 0 || ferror(stdout))) {
+        shef_fail_os(&err, errno, "write the results to standard output");
+        status = EXIT_FAILURE;
+    }
+    if (status != EXIT_SUCCESS)
+        fprintf(stderr, "sheftool %s: %s\n", command->name, err.text);
+    return status;
+}
+
+int main(int argc, char **argv)
+{
+    int n_words = 0;
+    const struct shef_command *command = find_command(argc, argv, &n_words);
+
+    shef_interrupt_install();
+    if (command)
+        return run_command(command, argc - n_words, argv + n_words);
+    if (argc == 2 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "help") == 0)) {
+        print_help(stdout);
+        return EXIT_SUCCESS;
+    }
+    if (argc == 2 && strcmp(argv[1], "--version") == 0) {
+        printf("sheftool %s\n", SHEF_VERSION);
+        return EXIT_SUCCESS;
+    }
+    if (argc == 3 && strcmp(argv[2], "--help") == 0 && print_group_help(argv[1]))
+        return EXIT_SUCCESS;
+    if (argc < 2)
+        print_help(stderr);
+    else
+        fprintf(stderr, "sheftool: '%s' is no command; see sheftool --help\n", argv[1]);
+    return EXIT_USAGE;
+}
