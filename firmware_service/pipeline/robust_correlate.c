@@ -10,6 +10,7 @@
 #include <string.h>
 
 #define Q15_ONE 32767
+#define OUTSIDE (-1) /* a grid row without edges */
 
 static struct shef_match_rows rows_at(const struct shef_robust *matcher, int32_t grid_row)
 {
@@ -30,105 +31,107 @@ static struct shef_match_rows rows_at(const struct shef_robust *matcher, int32_t
     return rows;
 }
 
-/* Adds sign times the values and squares of one row of pairs. */
-static void add_pairs(const uint8_t *bytes, int32_t n_pairs, int32_t offset, int32_t sign,
-                      int32_t *sum, int32_t *square)
+static void slide_sums(const struct shef_row_kernels *rows, struct robust_sums *sums,
+                       const uint16_t *const entering[2], const uint16_t *const leaving[2],
+                       int32_t n_pairs, int32_t offset)
 {
-    for (int32_t i = 0; i < n_pairs; i++) {
-        const int32_t a = (int8_t)(uint8_t)(bytes[2 * i] - offset);
-        const int32_t b = (int8_t)(uint8_t)(bytes[2 * i + 1] - offset);
+    const uint8_t *const in[2] = { (const uint8_t *)entering[0], (const uint8_t *)entering[1] };
+    const uint8_t *const out[2] = { (const uint8_t *)leaving[0], (const uint8_t *)leaving[1] };
 
-        sum[i] += sign * (a + b);
-        square[i] += sign * (a * a + b * b);
-    }
+    rows->slide_values(in, out, n_pairs, offset, sums->column_sum);
+    if (sums->column_square != sums->column_sum)
+        rows->slide_squares(in, out, n_pairs, offset, sums->column_square);
 }
 
-/* Lets a grid row into the chunk's sums (sign 1) or takes it off (-1). */
-static void add_row_sums(const struct shef_robust *matcher, struct robust_chunk *chunk,
-                         int32_t grid_row, int32_t sign)
+/* Lets one grid row into all of the chunk's sums and takes another one off. */
+static void slide(const struct shef_robust *matcher, struct robust_chunk *chunk,
+                  int32_t entering_row, int32_t leaving_row)
 {
     const struct robust_shape *shape = &matcher->shape;
-    const struct shef_match_rows rows = rows_at(matcher, grid_row);
+    const struct shef_match_rows in = rows_at(matcher, entering_row);
+    const struct shef_match_rows out = rows_at(matcher, leaving_row);
+    const uint16_t *const right_in[2] = { in.right[0] - shape->right_front,
+                                          in.right[1] - shape->right_front };
+    const uint16_t *const right_out[2] = { out.right[0] - shape->right_front,
+                                           out.right[1] - shape->right_front };
 
-    if (grid_row < 0 || grid_row >= shape->grid_height)
-        return;
-    for (int i = 0; i < 2; i++) {
-        add_pairs((const uint8_t *)rows.left[i], shape->left_length, shape->offset, sign,
-                  chunk->left_sum, chunk->left_square);
-        add_pairs((const uint8_t *)(rows.right[i] - shape->right_front), shape->right_length, 0,
-                  sign, chunk->right_sum, chunk->right_square);
+    matcher->kernels->columns(chunk->columns + (ptrdiff_t)(shape->half_width + 1) * shape->n_lanes,
+                              &in, &out, shape->left_length, shape->pairs_per_cell, shape->n_lanes);
+    slide_sums(matcher->rows, &chunk->left, in.left, out.left, shape->left_length, shape->offset);
+    slide_sums(matcher->rows, &chunk->right, right_in, right_out, shape->right_length, 0);
+}
+
+/* Window sums at positions 0..n-1 from column sums; neighbouring cells are spacing apart and
+ * columns outside 0..n_columns-1 are empty. */
+static void fill_window_sums(const int16_t *column, int32_t n_columns, int32_t half_width,
+                             int32_t spacing, int32_t n, int32_t *out_sum)
+{
+    const int32_t reach = half_width * spacing;
+
+    for (int32_t i = 0; i < spacing && i < n; i++) {
+        int32_t sum = 0;
+
+        for (int32_t j = i; j <= i + reach && j < n_columns; j += spacing)
+            sum += column[j];
+        out_sum[i] = sum;
+    }
+    for (int32_t i = spacing; i < n; i++) {
+        const int32_t enters = i + reach < n_columns ? column[i + reach] : 0;
+        const int32_t leaves = i - reach - spacing >= 0 ? column[i - reach - spacing] : 0;
+
+        out_sum[i] = out_sum[i - spacing] + enters - leaves;
     }
 }
 
-/* Q15 factor smallest_sigma / sigma of a window with this sum and sum of squares. */
-static int16_t gain_of(const struct robust_shape *shape, int32_t sum, int32_t square,
-                       float inverse_n)
+/* Both kinds of window sums of a view, and its gains: smallest_sigma / sigma, Q15. */
+static void fill_sums_and_gains(const struct shef_robust *matcher, struct robust_sums *sums,
+                                int32_t n_columns, int32_t spacing, int32_t n, int32_t window_px,
+                                int16_t *out_gain)
 {
-    const float floor2 = (float)(shape->smallest_sigma * shape->smallest_sigma);
-    const float variance = (float)square - (float)sum * (float)sum * inverse_n;
-    const float ratio2 = floor2 / ((variance > 0.0f ? variance : 0.0f) + floor2);
+    const struct robust_shape *shape = &matcher->shape;
 
-    return (int16_t)(sqrtf(ratio2) * (float)Q15_ONE + 0.5f);
+    fill_window_sums(sums->column_sum, n_columns, shape->half_width, spacing, n, sums->window_sum);
+    if (sums->window_square != sums->window_sum)
+        fill_window_sums(sums->column_square, n_columns, shape->half_width, spacing, n,
+                         sums->window_square);
+    matcher->rows->gains(sums->window_sum, sums->window_square, n, 1.0f / (float)window_px,
+                         (float)(shape->smallest_sigma * shape->smallest_sigma), out_gain);
 }
 
-/* Window sums of the left view along the row: mean, gain and texture of each cell. */
+/* Mean, gain and texture of each cell's window in the left view. */
 static void normalise_left(const struct shef_robust *matcher, struct robust_chunk *chunk,
                            int32_t window_px, uint8_t *texture)
 {
     const struct robust_shape *shape = &matcher->shape;
-    const int32_t w = shape->half_width;
-    const float inverse_n = 1.0f / (float)window_px;
+    const struct robust_sums *sums = &chunk->left;
+    const int32_t n = shape->grid_width;
     const float to_q15 = (float)Q15_ONE / (float)(window_px * shape->amplitude);
     const float to_share = 255.0f / (float)(window_px * shape->amplitude * shape->amplitude);
-    int32_t sum = 0;
-    int32_t square = 0;
 
-    for (int32_t g = 0; g < w; g++) {
-        sum += chunk->left_sum[g];
-        square += chunk->left_square[g];
+    fill_sums_and_gains(matcher, &chunk->left, shape->left_length, 1, n, window_px,
+                        chunk->left_gain);
+    for (int32_t g = 0; g < n; g++) {
+        const float mean = (float)sums->window_sum[g] * to_q15;
+
+        chunk->left_mean[g] = (int16_t)(mean + (mean < 0.0f ? -0.5f : 0.5f));
     }
-    for (int32_t g = 0; g < shape->grid_width; g++) {
-        sum += chunk->left_sum[g + w];
-        square += chunk->left_square[g + w];
-        chunk->left_mean[g] = (int16_t)lrintf((float)sum * to_q15);
-        chunk->left_gain[g] = gain_of(shape, sum, square, inverse_n);
-        if (texture)
-            texture[g] = (uint8_t)lrintf((float)square * to_share);
-        if (g >= w) {
-            sum -= chunk->left_sum[g - w];
-            square -= chunk->left_square[g - w];
-        }
-    }
+    if (texture)
+        for (int32_t g = 0; g < n; g++)
+            texture[g] = (uint8_t)((float)sums->window_square[g] * to_share + 0.5f);
 }
 
-/* The same for the right view at every pair; neighbouring cells are pairs_per_cell apart. */
-static void normalise_right(const struct robust_shape *shape, struct robust_chunk *chunk,
+/* The same for the right view, at every pair. */
+static void normalise_right(const struct shef_robust *matcher, struct robust_chunk *chunk,
                             int32_t window_px)
 {
-    const int32_t c = shape->pairs_per_cell;
-    const int32_t reach = shape->half_width * c;
-    const float inverse_n = 1.0f / (float)window_px;
+    const struct robust_shape *shape = &matcher->shape;
+    const int32_t n = shape->right_length;
     const int32_t scale = shape->amplitude << shape->scale.shift;
 
-    for (int32_t phase = 0; phase < c; phase++) {
-        int32_t sum = 0;
-        int32_t square = 0;
-
-        for (int32_t j = phase; j < reach + phase; j += c) {
-            sum += chunk->right_sum[j];
-            square += chunk->right_square[j];
-        }
-        for (int32_t j = phase; j + reach < shape->right_length; j += c) {
-            sum += chunk->right_sum[j + reach];
-            square += chunk->right_square[j + reach];
-            chunk->right_scaled[j] = (int16_t)(sum * scale);
-            chunk->right_gain[j] = gain_of(shape, sum, square, inverse_n);
-            if (j >= reach) {
-                sum -= chunk->right_sum[j - reach];
-                square -= chunk->right_square[j - reach];
-            }
-        }
-    }
+    fill_sums_and_gains(matcher, &chunk->right, n, shape->pairs_per_cell, n, window_px,
+                        chunk->right_gain);
+    for (int32_t j = 0; j < n; j++)
+        chunk->right_scaled[j] = (int16_t)(chunk->right.window_sum[j] * scale);
 }
 
 /* Costs of one grid row whose window sums are complete. */
@@ -144,7 +147,7 @@ static void cost_row(const struct shef_robust *matcher, struct robust_chunk *chu
     uint8_t *texture = shef_row_u8(matcher->grids[matcher->current].texture, y);
 
     normalise_left(matcher, chunk, window_px, matcher->view == 0 ? texture : NULL);
-    normalise_right(shape, chunk, window_px);
+    normalise_right(matcher, chunk, window_px);
 
     struct shef_match_row row = {
         .columns = chunk->columns + (ptrdiff_t)(shape->half_width + 1) * shape->n_lanes,
@@ -214,53 +217,38 @@ static void horizontal_paths(const struct shef_robust *matcher, struct robust_ch
     }
 }
 
+static void clear_sums(struct robust_sums *sums, int32_t n)
+{
+    memset(sums->column_sum, 0, (size_t)n * sizeof *sums->column_sum);
+    memset(sums->column_square, 0, (size_t)n * sizeof *sums->column_square);
+}
+
 void robust_correlate_task(void *context, int32_t chunk_index, int32_t worker)
 {
     struct shef_robust *matcher = context;
     const struct robust_shape *shape = &matcher->shape;
     struct robust_chunk *chunk = &matcher->chunks[chunk_index];
-    const struct shef_match_rows nothing = rows_at(matcher, -1);
-    int16_t *columns = chunk->columns + (ptrdiff_t)(shape->half_width + 1) * shape->n_lanes;
+    const bool is_last_view = matcher->view == matcher->n_pairs - 1;
+    const size_t n_columns = (size_t)(shape->half_width + 1 + shape->left_length);
     const int32_t h = shape->half_height;
     int32_t first;
     int32_t last;
 
     (void)worker;
     robust_chunk_rows(matcher, chunk_index, &first, &last);
-    memset(columns, 0, (size_t)shape->left_length * (size_t)shape->n_lanes * sizeof *columns);
-    memset(chunk->left_sum, 0, (size_t)shape->left_length * sizeof(int32_t));
-    memset(chunk->left_square, 0, (size_t)shape->left_length * sizeof(int32_t));
-    memset(chunk->right_sum, 0, (size_t)shape->right_length * sizeof(int32_t));
-    memset(chunk->right_square, 0, (size_t)shape->right_length * sizeof(int32_t));
-    for (int32_t y = first - h; y < first + h; y++) {
-        const struct shef_match_rows entering = rows_at(matcher, y);
-
-        if (y < 0 || y >= shape->grid_height)
-            continue;
-        matcher->kernels->columns(columns, &entering, &nothing, shape->left_length,
-                                  shape->pairs_per_cell, shape->n_lanes);
-        add_row_sums(matcher, chunk, y, 1);
-    }
-
-    int32_t n_ready = 0;
-
+    memset(chunk->columns, 0, n_columns * (size_t)shape->n_lanes * sizeof *chunk->columns);
+    clear_sums(&chunk->left, shape->left_length);
+    clear_sums(&chunk->right, shape->right_length);
+    for (int32_t y = first - h < 0 ? 0 : first - h; y < first + h && y < shape->grid_height; y++)
+        slide(matcher, chunk, y, OUTSIDE);
     for (int32_t y = first; y < last; y++) {
-        const struct shef_match_rows entering = rows_at(matcher, y + h);
-        /* The first row's window is already whole: nothing leaves yet. */
-        const struct shef_match_rows leaving = rows_at(matcher, y == first ? -1 : y - h - 1);
-
-        matcher->kernels->columns(columns, &entering, &leaving, shape->left_length,
-                                  shape->pairs_per_cell, shape->n_lanes);
-        add_row_sums(matcher, chunk, y + h, 1);
-        if (y != first)
-            add_row_sums(matcher, chunk, y - h - 1, -1);
+        /* The first row's window is complete with the row that enters: nothing leaves yet. */
+        slide(matcher, chunk, y + h, y == first ? OUTSIDE : y - h - 1);
         cost_row(matcher, chunk, y);
-        n_ready++;
-        if ((n_ready == PATH_ROWS || y == last - 1) && matcher->view == matcher->n_pairs - 1) {
+
+        const int32_t n_ready = (y - first) % PATH_ROWS + 1;
+
+        if (is_last_view && (n_ready == PATH_ROWS || y == last - 1))
             horizontal_paths(matcher, chunk, y - n_ready + 1, n_ready);
-            n_ready = 0;
-        } else if (n_ready == PATH_ROWS) {
-            n_ready = 0;
-        }
     }
 }

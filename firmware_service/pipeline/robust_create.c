@@ -169,19 +169,39 @@ static uint16_t *take_path(struct allocator *from, int32_t n_cells, int32_t n_la
     return memory + PAD_LANES;
 }
 
-static void take_chunk(struct allocator *from, struct robust_chunk *chunk,
-                       const struct robust_shape *shape, int32_t width_px)
+static void take_sums(struct allocator *from, struct robust_sums *sums, size_t n, bool is_signed)
 {
+    sums->column_sum = take(from, n, sizeof(int16_t));
+    sums->window_sum = take(from, n, sizeof(int32_t));
+    sums->column_square = is_signed ? take(from, n, sizeof(int16_t)) : sums->column_sum;
+    sums->window_square = is_signed ? take(from, n, sizeof(int32_t)) : sums->window_sum;
+}
+
+/* Nine rows of floats with a value to spare on both sides. */
+static void take_cells(struct allocator *from, struct robust_chunk *chunk, int32_t grid_width)
+{
+    const size_t n = (size_t)grid_width + 2;
+    float *next = take(from, 9 * n, sizeof *next);
+
+    chunk->cell_memory = next;
+    for (int i = 0; next && i < 3; i++) {
+        chunk->cells[i] = (struct shef_cell_row){ next + 1, next + 1 + n, next + 1 + 2 * n };
+        next += 3 * n;
+    }
+}
+
+static void take_chunk(struct allocator *from, struct robust_chunk *chunk,
+                       const struct robust_shape *shape)
+{
+    const size_t n_pixels = 2 * (size_t)shape->grid_width;
     const size_t n_columns = (size_t)(shape->left_length + shape->half_width + 1);
     const size_t n_left = (size_t)shape->left_length;
     const size_t n_right = (size_t)shape->right_length;
     const int32_t n_cells = PATH_ROWS > STRIP_CELLS ? PATH_ROWS : STRIP_CELLS;
 
     chunk->columns = take(from, n_columns * (size_t)shape->n_lanes + PAD_LANES, sizeof(int16_t));
-    chunk->left_sum = take(from, n_left, sizeof(int32_t));
-    chunk->left_square = take(from, n_left, sizeof(int32_t));
-    chunk->right_sum = take(from, n_right, sizeof(int32_t));
-    chunk->right_square = take(from, n_right, sizeof(int32_t));
+    take_sums(from, &chunk->left, n_left, shape->offset > 0);
+    take_sums(from, &chunk->right, n_right, shape->offset > 0);
     chunk->left_mean = take(from, n_left, sizeof(int16_t));
     chunk->left_gain = take(from, n_left, sizeof(int16_t));
     chunk->right_scaled = take(from, n_right, sizeof(int16_t));
@@ -189,7 +209,16 @@ static void take_chunk(struct allocator *from, struct robust_chunk *chunk,
     chunk->weight = take(from, n_left, sizeof(int16_t));
     chunk->aligned_memory = take(from, (size_t)(2 * shape->grid_width) + 2 * PAD_LANES, 1);
     chunk->aligned = chunk->aligned_memory ? chunk->aligned_memory + PAD_LANES : NULL;
-    chunk->bias = take(from, (size_t)width_px, sizeof(float));
+    take_cells(from, chunk, shape->grid_width);
+    chunk->low = take(from, n_left, sizeof(int16_t));
+    chunk->high = take(from, n_left, sizeof(int16_t));
+    for (int i = 0; i < 2; i++) {
+        chunk->side_disparity[i] = take(from, n_left, sizeof(float));
+        chunk->side_confidence[i] = take(from, n_left, sizeof(float));
+    }
+    chunk->pixel_disparity = take(from, n_pixels, sizeof(float));
+    chunk->pixel_confidence = take(from, n_pixels, sizeof(float));
+    chunk->bias = take(from, n_pixels, sizeof(float));
     for (int i = 0; i < 2; i++)
         chunk->paths[i] = take_path(from, n_cells, shape->n_lanes);
 }
@@ -235,7 +264,7 @@ static void take_all(struct allocator *from, struct shef_robust *matcher)
     }
     matcher->chunks = take(from, (size_t)matcher->n_chunks, sizeof *matcher->chunks);
     for (int32_t i = 0; matcher->chunks && i < matcher->n_chunks; i++)
-        take_chunk(from, &matcher->chunks[i], shape, matcher->params.width_px);
+        take_chunk(from, &matcher->chunks[i], shape);
 }
 
 struct shef_robust *shef_robust_create(const struct shef_robust_params *params,
@@ -252,6 +281,7 @@ struct shef_robust *shef_robust_create(const struct shef_robust_params *params,
     if (matcher) {
         matcher->params = *params;
         matcher->kernels = shef_match_pick(cpu_features);
+        matcher->rows = shef_rows_pick(cpu_features);
         matcher->workers = workers;
         matcher->n_chunks = workers ? shef_workers_count(workers) : 1;
         robust_shape_init(&matcher->shape, params);
@@ -287,19 +317,36 @@ static void free_path(uint16_t *path)
         free(path - PAD_LANES);
 }
 
+static void free_sums(struct robust_sums *sums)
+{
+    if (sums->column_square != sums->column_sum)
+        free(sums->column_square);
+    if (sums->window_square != sums->window_sum)
+        free(sums->window_square);
+    free(sums->column_sum);
+    free(sums->window_sum);
+}
+
 static void free_chunk(struct robust_chunk *chunk)
 {
     free(chunk->columns);
-    free(chunk->left_sum);
-    free(chunk->left_square);
-    free(chunk->right_sum);
-    free(chunk->right_square);
+    free_sums(&chunk->left);
+    free_sums(&chunk->right);
     free(chunk->left_mean);
     free(chunk->left_gain);
     free(chunk->right_scaled);
     free(chunk->right_gain);
     free(chunk->weight);
     free(chunk->aligned_memory);
+    free(chunk->cell_memory);
+    free(chunk->low);
+    free(chunk->high);
+    for (int i = 0; i < 2; i++) {
+        free(chunk->side_disparity[i]);
+        free(chunk->side_confidence[i]);
+    }
+    free(chunk->pixel_disparity);
+    free(chunk->pixel_confidence);
     free(chunk->bias);
     free_path(chunk->paths[0]);
     free_path(chunk->paths[1]);

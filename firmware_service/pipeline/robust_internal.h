@@ -10,6 +10,7 @@
 #define SHEF_PIPELINE_ROBUST_INTERNAL_H
 
 #include "pipeline/kernels/match.h"
+#include "pipeline/kernels/rows.h"
 #include "pipeline/robust.h"
 
 #define PATH_ROWS    8  /* grid rows whose horizontal paths run interleaved, to hide latency */
@@ -43,21 +44,36 @@ struct robust_view {
     uint16_t *right_pairs;      /* 2 * grid_height rows of right_length */
 };
 
+/* Sums of the values and of their squares: over the window's rows, then over the whole window.
+ * Unsigned values are their own squares: both pointers are the same. */
+struct robust_sums {
+    int16_t *column_sum;
+    int16_t *column_square;
+    int32_t *window_sum;
+    int32_t *window_square;
+};
+
 /* Memory of one chunk of grid rows, used by one worker at a time. */
 struct robust_chunk {
-    int16_t *columns;  /* (left_length + half_width + 1) * n_lanes */
-    int32_t *left_sum; /* over the window's rows, per cell */
-    int32_t *left_square;
-    int32_t *right_sum; /* over the window's rows, per right pair */
-    int32_t *right_square;
+    int16_t *columns;         /* (left_length + half_width + 1) * n_lanes */
+    struct robust_sums left;  /* per cell */
+    struct robust_sums right; /* per right pair */
     int16_t *left_mean;
     int16_t *left_gain;
     int16_t *right_scaled; /* window sums in the kernels' scale, per right pair */
     int16_t *right_gain;
     int16_t *weight; /* prior weights of the row */
     int8_t *aligned_memory;
-    int8_t *aligned;    /* prepare: a right row after alignment, zeros around it */
-    float *bias;        /* of one pixel row */
+    int8_t *aligned; /* prepare: a right row after alignment, zeros around it */
+    struct shef_cell_row cells[3];
+    float *cell_memory;
+    int16_t *low; /* disparity extremes of three cell rows */
+    int16_t *high;
+    float *side_disparity[2]; /* left and right pixels of a cell row, px */
+    float *side_confidence[2];
+    float *pixel_disparity; /* one pixel row, px */
+    float *pixel_confidence;
+    float *bias;
     uint16_t *paths[2]; /* PATH_ROWS or STRIP_CELLS path costs, ping-pong */
     struct shef_match_best best[STRIP_CELLS];
 };
@@ -87,6 +103,7 @@ struct shef_robust {
     struct shef_robust_params params;
     struct robust_shape shape;
     const struct shef_match_kernels *kernels;
+    const struct shef_row_kernels *rows;
     struct shef_workers *workers;
     int32_t n_chunks;
     struct robust_chunk *chunks; /* n_chunks */

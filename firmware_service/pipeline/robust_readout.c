@@ -3,6 +3,7 @@
 #include "pipeline/robust_internal.h"
 
 #include <math.h>
+#include <string.h>
 
 /* P(|error| <= 3 px after the declared bias) = logistic of
  *   BASE + MARGIN ln(margin / 1000) + TEXTURE sqrt(texture) + SPREAD ln(1 + spread)
@@ -33,27 +34,28 @@ void robust_confidence_init(struct robust_confidence_tables *tables)
         tables->probability[i] = 1.0f / (1.0f + expf(8.0f - ((float)i + 0.5f) / 32.0f));
 }
 
+static int32_t min_of(int32_t a, int32_t b)
+{
+    return a < b ? a : b;
+}
+
 static int32_t clamp(int32_t value, int32_t low, int32_t high)
 {
     return value < low ? low : value > high ? high : value;
 }
 
-/* Largest minus smallest disparity of nine cells around (x, y), 1/32 px. */
-static int32_t spread_at(const int16_t *const rows[3], int32_t x, int32_t last_x)
+/* Smallest and largest of three cell rows, per column. */
+static void fill_extremes(const int16_t *const rows[3], int32_t n, int16_t *restrict low,
+                          int16_t *restrict high)
 {
-    const int32_t columns[3] = { clamp(x - SPREAD_REACH, 0, last_x), x,
-                                 clamp(x + SPREAD_REACH, 0, last_x) };
-    int32_t low = INT16_MAX;
-    int32_t high = INT16_MIN;
+    for (int32_t x = 0; x < n; x++) {
+        const int16_t a = rows[0][x], b = rows[1][x], c = rows[2][x];
+        const int16_t low_ab = a < b ? a : b;
+        const int16_t high_ab = a > b ? a : b;
 
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) {
-            const int32_t d = rows[i][columns[j]];
-
-            low = d < low ? d : low;
-            high = d > high ? d : high;
-        }
-    return high - low;
+        low[x] = low_ab < c ? low_ab : c;
+        high[x] = high_ab > c ? high_ab : c;
+    }
 }
 
 void robust_confidence_task(void *context, int32_t chunk, int32_t worker)
@@ -61,6 +63,9 @@ void robust_confidence_task(void *context, int32_t chunk, int32_t worker)
     struct shef_robust *matcher = context;
     const struct robust_confidence_tables *tables = matcher->tables;
     const struct robust_grid *grid = &matcher->grids[matcher->current];
+    const struct robust_chunk *memory = &matcher->chunks[chunk];
+    int16_t *low = memory->low;
+    int16_t *high = memory->high;
     const int32_t last_x = matcher->shape.grid_width - 1;
     const int32_t last_y = matcher->shape.grid_height - 1;
     int32_t first;
@@ -78,8 +83,13 @@ void robust_confidence_task(void *context, int32_t chunk, int32_t worker)
         const uint8_t *texture = shef_row_u8(grid->texture, y);
         float *confidence = shef_row_f32(matcher->cell_confidence, y);
 
+        fill_extremes(rows, last_x + 1, low, high);
         for (int32_t x = 0; x <= last_x; x++) {
-            const int32_t spread = clamp(spread_at(rows, x, last_x) / 8, 0, 255);
+            const int32_t before = x < SPREAD_REACH ? 0 : x - SPREAD_REACH;
+            const int32_t after = x > last_x - SPREAD_REACH ? last_x : x + SPREAD_REACH;
+            const int32_t least = min_of(low[x], min_of(low[before], low[after]));
+            const int32_t most = -min_of(-high[x], min_of(-high[before], -high[after]));
+            const int32_t spread = min_of((most - least) / 8, 255);
             const float logit = tables->margin[margin[x] / 16] + tables->texture[texture[x]] +
                                 tables->spread[spread];
 
@@ -88,109 +98,82 @@ void robust_confidence_task(void *context, int32_t chunk, int32_t worker)
     }
 }
 
-/* The four cells whose centres surround a pixel, nearest first; their bilinear weights are
- * 9, 3, 3 and 1 sixteenths, because a pixel lies a quarter cell from its own cell's centre. */
-struct pixel_cells {
-    const int16_t *disparity[2]; /* near and far cell row */
-    const uint16_t *margin[2];
-    const float *confidence[2];
-};
-
-static struct pixel_cells cells_of_row(const struct shef_robust *matcher, int32_t y)
+/* One cell row as floats, the first and last cell repeated outside: [-1 .. grid_width]. */
+static void fill_cells(const struct shef_robust *matcher, int32_t y, struct shef_cell_row *out)
 {
     const struct robust_grid *grid = &matcher->grids[matcher->current];
-    const int32_t near_row = y / 2;
-    const int32_t far_row =
-        clamp(y % 2 ? near_row + 1 : near_row - 1, 0, matcher->shape.grid_height - 1);
+    const int16_t *disparity = shef_row_i16(grid->disparity, y);
+    const uint16_t *margin = shef_row_u16(grid->margin, y);
+    const float *confidence = shef_row_f32(matcher->cell_confidence, y);
+    const int32_t n = matcher->shape.grid_width;
 
-    return (struct pixel_cells){
-        .disparity = { shef_row_i16(grid->disparity, near_row),
-                       shef_row_i16(grid->disparity, far_row) },
-        .margin = { shef_row_u16(grid->margin, near_row), shef_row_u16(grid->margin, far_row) },
-        .confidence = { shef_row_f32(matcher->cell_confidence, near_row),
-                        shef_row_f32(matcher->cell_confidence, far_row) },
-    };
+    for (int32_t x = 0; x < n; x++) {
+        out->disparity[x] = (float)disparity[x];
+        out->weight[x] = (float)margin[x] + 1.0f;
+        out->confidence[x] = confidence[x];
+    }
+    for (int32_t side = 0; side < 2; side++) {
+        const int32_t from = side ? n - 1 : 0;
+        const int32_t to = side ? n : -1;
+
+        out->disparity[to] = out->disparity[from];
+        out->weight[to] = out->weight[from];
+        out->confidence[to] = out->confidence[from];
+    }
 }
 
-/* Mean of the surrounding cells, weighted by nearness and margin; those that lie on another
- * surface than the heaviest one stay out. Returns px. */
-static float pixel_disparity(const struct pixel_cells *cells, int32_t x, int32_t last_cell,
-                             float *out_confidence)
+/* One pixel row from its own cell row and the nearer neighbouring one. */
+static void read_row(const struct shef_robust *matcher, const struct robust_chunk *chunk,
+                     const struct shef_cell_row *near_row, const struct shef_cell_row *far_row,
+                     int32_t y)
 {
-    static const float nearness[4] = { 9.0f, 3.0f, 3.0f, 1.0f };
-    const int32_t near_x = x / 2;
-    const int32_t far_x = clamp(x % 2 ? near_x + 1 : near_x - 1, 0, last_cell);
-    float disparity[4];
-    float weight[4];
-    int heaviest = 0;
-
-    for (int i = 0; i < 4; i++) {
-        const int32_t at = i & 1 ? far_x : near_x;
-
-        disparity[i] = (float)cells->disparity[i >> 1][at];
-        weight[i] = nearness[i] * ((float)cells->margin[i >> 1][at] + 1.0f);
-        if (weight[i] > weight[heaviest])
-            heaviest = i;
-    }
-
-    float sum = 0.0f;
-    float total = 0.0f;
-
-    for (int i = 0; i < 4; i++) {
-        const float away = disparity[i] - disparity[heaviest];
-        const float share =
-            away < 32.0f * SAME_SURFACE_PX && away > -32.0f * SAME_SURFACE_PX ? weight[i] : 0.0f;
-
-        sum += share * disparity[i];
-        total += share;
-    }
-    *out_confidence = cells->confidence[heaviest >> 1][heaviest & 1 ? far_x : near_x];
-    return sum / (total * 32.0f);
-}
-
-static void read_row(const struct shef_robust *matcher, int32_t y, float *bias)
-{
+    const struct shef_row_kernels *rows = matcher->rows;
     const struct shef_robust_output *output = matcher->output;
-    const struct pixel_cells cells = cells_of_row(matcher, y);
+    const int32_t width = matcher->params.width_px;
+    const int32_t n_cells = matcher->shape.grid_width;
     const int8_t *left = shef_row_i8(matcher->views[0].left, y);
-    const int32_t last_cell = matcher->shape.grid_width - 1;
-    const bool is_dense = output->dense_disparity.data != NULL;
-    float *disparity = shef_row_f32(output->disparity, y);
-    float *confidence = shef_row_f32(output->confidence, y);
 
-    if (matcher->has_bias)
-        shef_field_row(&matcher->bias, y, 0.0, 1.0, matcher->params.width_px, bias);
-    for (int32_t x = 0; x < matcher->params.width_px; x++) {
-        float d = 0.0f;
-        float p = 0.0f;
-
-        if (is_dense || left[x]) {
-            d = pixel_disparity(&cells, x, last_cell, &p);
-            if (matcher->has_bias)
-                d -= bias[x];
-            /* A bias may push a far point past infinity. */
-            if (d <= 0.0f)
-                d = p = 0.0f;
-        }
-        disparity[x] = left[x] ? d : 0.0f;
-        confidence[x] = left[x] ? p : 0.0f;
-        if (is_dense) {
-            shef_row_f32(output->dense_disparity, y)[x] = d;
-            if (output->dense_confidence.data)
-                shef_row_f32(output->dense_confidence, y)[x] = p;
-        }
+    for (int side = 0; side < 2; side++)
+        rows->side(near_row, far_row, side ? 1 : -1, n_cells, 32.0f * SAME_SURFACE_PX,
+                   chunk->side_disparity[side], chunk->side_confidence[side]);
+    rows->interleave(chunk->side_disparity[0], chunk->side_disparity[1], n_cells,
+                     chunk->pixel_disparity);
+    rows->interleave(chunk->side_confidence[0], chunk->side_confidence[1], n_cells,
+                     chunk->pixel_confidence);
+    if (matcher->has_bias) {
+        shef_field_row(&matcher->bias, y, 0.0, 1.0, width, chunk->bias);
+        rows->take_off_bias(chunk->bias, width, chunk->pixel_disparity, chunk->pixel_confidence);
     }
+    rows->keep_edges(left, chunk->pixel_disparity, width, shef_row_f32(output->disparity, y));
+    rows->keep_edges(left, chunk->pixel_confidence, width, shef_row_f32(output->confidence, y));
+    if (output->dense_disparity.data)
+        memcpy(shef_row_f32(output->dense_disparity, y), chunk->pixel_disparity,
+               (size_t)width * sizeof(float));
+    if (output->dense_confidence.data)
+        memcpy(shef_row_f32(output->dense_confidence, y), chunk->pixel_confidence,
+               (size_t)width * sizeof(float));
 }
 
 void robust_pixels_task(void *context, int32_t chunk_index, int32_t worker)
 {
     struct shef_robust *matcher = context;
-    const int32_t height = matcher->params.height_px;
+    struct robust_chunk *chunk = &matcher->chunks[chunk_index];
+    const int32_t last_cell_row = matcher->shape.grid_height - 1;
     int32_t first;
     int32_t last;
 
     (void)worker;
     robust_chunk_rows(matcher, chunk_index, &first, &last);
-    for (int32_t y = 2 * first; y < 2 * last && y < height; y++)
-        read_row(matcher, y, matcher->chunks[chunk_index].bias);
+    /* Three cell rows in turn: above, own, below. */
+    fill_cells(matcher, clamp(first - 1, 0, last_cell_row), &chunk->cells[0]);
+    fill_cells(matcher, first, &chunk->cells[1]);
+    for (int32_t y = first; y < last; y++) {
+        const struct shef_cell_row *above = &chunk->cells[(y - first) % 3];
+        const struct shef_cell_row *own = &chunk->cells[(y - first + 1) % 3];
+        struct shef_cell_row *below = &chunk->cells[(y - first + 2) % 3];
+
+        fill_cells(matcher, clamp(y + 1, 0, last_cell_row), below);
+        for (int32_t half = 0; half < 2 && 2 * y + half < matcher->params.height_px; half++)
+            read_row(matcher, chunk, own, half ? below : above, 2 * y + half);
+    }
 }

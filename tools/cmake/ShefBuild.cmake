@@ -31,7 +31,7 @@ target_compile_definitions(shef_flags INTERFACE _GNU_SOURCE)
 # No fused multiply-add: every instruction set rounds like the C reference.
 target_compile_options(shef_flags INTERFACE
     -Wall -Wextra -Werror -Wshadow -Wpointer-arith -Wcast-qual -Wvla -Wwrite-strings
-    -Wno-missing-field-initializers -ffp-contract=off -fno-math-errno
+    -Wno-missing-field-initializers -ffp-contract=off -fno-math-errno -fno-trapping-math
     $<$<COMPILE_LANGUAGE:C>:-Wstrict-prototypes -Wmissing-prototypes>)
 target_link_libraries(shef_flags INTERFACE Threads::Threads m)
 if(SHEF_SANITIZE)

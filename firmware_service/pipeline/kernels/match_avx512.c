@@ -1,4 +1,4 @@
-/* 32 lanes: AVX-512 F, BW, VL, DQ. Masks cut the last vector, so 48 lanes take one and a half. */
+/* 32 lanes: AVX-512 F, BW, VL, DQ. */
 #include <immintrin.h>
 
 #include "core/cpu.h"
@@ -7,19 +7,20 @@
 typedef __m512i vec;
 typedef __mmask32 vec_select;
 
-static inline __mmask32 first_lanes(int32_t n)
-{
-    return n >= VEC_LANES ? UINT32_MAX : (1u << n) - 1;
-}
-
+/* A row's last vector holds 16 or 32 lanes. Half a vector is moved as one: masked stores are slow
+ * on some processors. */
 static inline vec vec_load(const void *from, int32_t n)
 {
-    return _mm512_maskz_loadu_epi16(first_lanes(n), from);
+    return n >= VEC_LANES ? _mm512_loadu_si512(from)
+                          : _mm512_zextsi256_si512(_mm256_loadu_si256((const __m256i *)from));
 }
 
 static inline void vec_store(void *to, vec a, int32_t n)
 {
-    _mm512_mask_storeu_epi16(to, first_lanes(n), a);
+    if (n >= VEC_LANES)
+        _mm512_storeu_si512(to, a);
+    else
+        _mm256_storeu_si256((__m256i *)to, _mm512_castsi512_si256(a));
 }
 
 static inline vec vec_set1(int16_t value)
@@ -91,7 +92,8 @@ static inline vec vec_max_signed(vec a, vec b)
 
 static inline vec vec_min_of_first(vec so_far, vec a, int32_t n)
 {
-    return _mm512_mask_min_epu16(so_far, first_lanes(n), so_far, a);
+    return n >= VEC_LANES ? _mm512_min_epu16(so_far, a)
+                          : _mm512_mask_min_epu16(so_far, 0xffff, so_far, a);
 }
 
 static inline uint16_t vec_smallest(vec a)

@@ -97,18 +97,20 @@ static void costs_vec(uint16_t *costs, const struct shef_match_row *row)
     }
 }
 
-static inline __attribute__((always_inline)) void path_cells(const struct shef_match_path *path,
+/* The path is taken by value: vector stores may alias anything but a local. */
+static inline __attribute__((always_inline)) void path_cells(const struct shef_match_path path,
                                                              int32_t n_lanes, int is_first)
 {
-    const vec p1 = vec_set1((int16_t)path->p1);
+    const vec p1 = vec_set1((int16_t)path.p1);
+    const vec p2 = vec_set1((int16_t)path.p2);
+    const uint16_t *cost = path.costs;
+    const uint16_t *prev = path.prev;
+    uint16_t *out = path.out;
+    uint16_t *sum = path.sums;
 
-    for (int32_t i = 0; i < path->n_cells; i++) {
-        const uint16_t *cost = path->costs + i * path->costs_stride;
-        const uint16_t *prev = path->prev + (ptrdiff_t)i * n_lanes;
-        uint16_t *out = path->out + (ptrdiff_t)i * n_lanes;
-        uint16_t *sum = path->sums + i * path->sums_stride;
-        const vec lowest = vec_set1((int16_t)path->prev_min[i]);
-        const vec jump = vec_set1((int16_t)(path->prev_min[i] + path->p2));
+    for (int32_t i = 0; i < path.n_cells; i++) {
+        const vec lowest = vec_set1((int16_t)path.prev_min[i]);
+        const vec jump = vec_add(lowest, p2);
         vec smallest = vec_set1(-1);
 
         for (int32_t k = 0; k < n_lanes; k += VEC_LANES) {
@@ -122,7 +124,11 @@ static inline __attribute__((always_inline)) void path_cells(const struct shef_m
             vec_store(sum + k, is_first ? value : vec_add(vec_load(sum + k, n), value), n);
             smallest = vec_min_of_first(smallest, value, n);
         }
-        path->out_min[i] = vec_smallest(smallest);
+        path.out_min[i] = vec_smallest(smallest);
+        cost += path.costs_stride;
+        sum += path.sums_stride;
+        prev += n_lanes;
+        out += n_lanes;
     }
 }
 
@@ -130,11 +136,11 @@ static void path_vec(const struct shef_match_path *path)
 {
     /* 80 px in steps of 2 is what runs live: a constant number of lanes unrolls. */
     if (path->n_lanes == 48 && path->is_first)
-        path_cells(path, 48, 1);
+        path_cells(*path, 48, 1);
     else if (path->n_lanes == 48)
-        path_cells(path, 48, 0);
+        path_cells(*path, 48, 0);
     else
-        path_cells(path, path->n_lanes, path->is_first);
+        path_cells(*path, path->n_lanes, path->is_first);
 }
 
 static inline __attribute__((always_inline)) void winner_cells(struct shef_match_best *out_best,

@@ -1,0 +1,67 @@
+/* Row loops of the robust matcher: plain C, compiled once per instruction set.
+ *
+ * Every loop is written so that compilers vectorise it (rows_body.h); floating point rounds the
+ * same everywhere because products and sums are never fused, so all tables give the same bits. */
+#ifndef SHEF_PIPELINE_KERNELS_ROWS_H
+#define SHEF_PIPELINE_KERNELS_ROWS_H
+
+#include <stdint.h>
+
+/* Sums of values (or of their squares) that two rows of byte pairs add and two others take off.
+ *   entering, leaving  two rows of n_pairs * 2 bytes; offset is subtracted from each byte
+ *   sum                n_pairs values, updated */
+typedef void shef_rows_slide_fn(const uint8_t *const entering[2], const uint8_t *const leaving[2],
+                                int32_t n_pairs, int32_t offset, int16_t *sum);
+
+/* Q15 factors sqrt(floor2 / (variance + floor2)) with variance = square - sum^2 * inverse_n. */
+typedef void shef_rows_gains_fn(const int32_t *sum, const int32_t *square, int32_t n,
+                                float inverse_n, float floor2, int16_t *out_gain);
+
+/* A row of cells as the read-out wants them; valid from -1 to the number of cells. */
+struct shef_cell_row {
+    float *disparity; /* 1/32 px */
+    float *weight;    /* margin + 1 */
+    float *confidence;
+};
+
+/* Every second pixel of a pixel row: of each cell the left (side -1) or the right one (side 1).
+ *
+ * A pixel is the mean of the four cells whose centres surround it, weighted by margin and
+ * bilinearly (9, 3, 3 and 1 sixteenths: it lies a quarter cell from its own cell's centre); cells
+ * more than same_surface (1/32 px) from the heaviest one lie on another surface and stay out.
+ *   near_row, far_row               the pixel's own cell row, and the nearer neighbouring one
+ *   out_disparity, out_confidence   one value per cell; px and 0..1 */
+typedef void shef_rows_side_fn(const struct shef_cell_row *near_row,
+                               const struct shef_cell_row *far_row, int32_t side, int32_t n_cells,
+                               float same_surface, float *out_disparity, float *out_confidence);
+
+/* out = even[0], odd[0], even[1], ...; n values of each. */
+typedef void shef_rows_interleave_fn(const float *even, const float *odd, int32_t n, float *out);
+
+/* Disparities less the bias; one that falls below zero would lie beyond infinity: none. */
+typedef void shef_rows_bias_fn(const float *bias, int32_t n, float *disparity, float *confidence);
+
+/* out = values where left is not 0, else 0. */
+typedef void shef_rows_keep_fn(const int8_t *left, const float *values, int32_t n, float *out);
+
+struct shef_row_kernels {
+    uint32_t cpu_features;
+    shef_rows_slide_fn *slide_values;
+    shef_rows_slide_fn *slide_squares;
+    shef_rows_gains_fn *gains;
+    shef_rows_side_fn *side;
+    shef_rows_interleave_fn *interleave;
+    shef_rows_bias_fn *take_off_bias;
+    shef_rows_keep_fn *keep_edges;
+};
+
+/* The best table that these features (core/cpu.h) allow. Never NULL. */
+const struct shef_row_kernels *shef_rows_pick(uint32_t cpu_features);
+
+extern const struct shef_row_kernels shef_row_kernels_c;
+#if defined(__x86_64__)
+extern const struct shef_row_kernels shef_row_kernels_avx2;
+extern const struct shef_row_kernels shef_row_kernels_avx512;
+#endif
+
+#endif

@@ -1,0 +1,130 @@
+/* The loops of rows.h, included once per instruction set. Selections, not branches. */
+
+#include <math.h>
+
+#include "core/cpu.h"
+#include "pipeline/kernels/rows.h"
+
+static void slide_values(const uint8_t *const entering[2], const uint8_t *const leaving[2],
+                         int32_t n_pairs, int32_t offset, int16_t *restrict sum)
+{
+    for (int row = 0; row < 2; row++) {
+        const uint8_t *restrict in = entering[row];
+        const uint8_t *restrict out = leaving[row];
+
+        for (int32_t i = 0; i < n_pairs; i++) {
+            const int16_t a = (int8_t)(in[2 * i] - offset);
+            const int16_t b = (int8_t)(in[2 * i + 1] - offset);
+            const int16_t c = (int8_t)(out[2 * i] - offset);
+            const int16_t d = (int8_t)(out[2 * i + 1] - offset);
+
+            sum[i] = (int16_t)(sum[i] + a + b - c - d);
+        }
+    }
+}
+
+static void slide_squares(const uint8_t *const entering[2], const uint8_t *const leaving[2],
+                          int32_t n_pairs, int32_t offset, int16_t *restrict sum)
+{
+    for (int row = 0; row < 2; row++) {
+        const uint8_t *restrict in = entering[row];
+        const uint8_t *restrict out = leaving[row];
+
+        for (int32_t i = 0; i < n_pairs; i++) {
+            const int16_t a = (int8_t)(in[2 * i] - offset);
+            const int16_t b = (int8_t)(in[2 * i + 1] - offset);
+            const int16_t c = (int8_t)(out[2 * i] - offset);
+            const int16_t d = (int8_t)(out[2 * i + 1] - offset);
+
+            sum[i] = (int16_t)(sum[i] + a * a + b * b - c * c - d * d);
+        }
+    }
+}
+
+static void gains(const int32_t *restrict sum, const int32_t *restrict square, int32_t n,
+                  float inverse_n, float floor2, int16_t *restrict out_gain)
+{
+    for (int32_t i = 0; i < n; i++) {
+        const float s = (float)sum[i];
+        const float raw = (float)square[i] - s * s * inverse_n;
+        const float variance = raw > 0.0f ? raw : 0.0f;
+
+        out_gain[i] = (int16_t)(int32_t)(sqrtf(floor2 / (variance + floor2)) * 32767.0f + 0.5f);
+    }
+}
+
+static void side_pixels(const struct shef_cell_row *near_row, const struct shef_cell_row *far_row,
+                        int32_t side, int32_t n_cells, float same_surface,
+                        float *restrict out_disparity, float *restrict out_confidence)
+{
+    const float *const disparity[4] = { near_row->disparity, near_row->disparity + side,
+                                        far_row->disparity, far_row->disparity + side };
+    const float *const weight[4] = { near_row->weight, near_row->weight + side, far_row->weight,
+                                     far_row->weight + side };
+    const float *const confidence[4] = { near_row->confidence, near_row->confidence + side,
+                                         far_row->confidence, far_row->confidence + side };
+
+    for (int32_t x = 0; x < n_cells; x++) {
+        const float w0 = 9.0f * weight[0][x];
+        const float w1 = 3.0f * weight[1][x];
+        const float w2 = 3.0f * weight[2][x];
+        const float w3 = weight[3][x];
+        const float d0 = disparity[0][x];
+        const float d1 = disparity[1][x];
+        const float d2 = disparity[2][x];
+        const float d3 = disparity[3][x];
+        const float p0 = confidence[0][x];
+        const float p1 = confidence[1][x];
+        const float p2 = confidence[2][x];
+        const float p3 = confidence[3][x];
+        const float w01 = w1 > w0 ? w1 : w0;
+        const float d01 = w1 > w0 ? d1 : d0;
+        const float p01 = w1 > w0 ? p1 : p0;
+        const float w23 = w3 > w2 ? w3 : w2;
+        const float d23 = w3 > w2 ? d3 : d2;
+        const float p23 = w3 > w2 ? p3 : p2;
+        const float surface = w23 > w01 ? d23 : d01;
+        const float share0 = fabsf(d0 - surface) < same_surface ? w0 : 0.0f;
+        const float share1 = fabsf(d1 - surface) < same_surface ? w1 : 0.0f;
+        const float share2 = fabsf(d2 - surface) < same_surface ? w2 : 0.0f;
+        const float share3 = fabsf(d3 - surface) < same_surface ? w3 : 0.0f;
+        const float sum = share0 * d0 + share1 * d1 + share2 * d2 + share3 * d3;
+
+        out_disparity[x] = sum / (32.0f * (share0 + share1 + share2 + share3));
+        out_confidence[x] = w23 > w01 ? p23 : p01;
+    }
+}
+
+static void interleave(const float *restrict even, const float *restrict odd, int32_t n,
+                       float *restrict out)
+{
+    for (int32_t x = 0; x < n; x++) {
+        out[2 * x] = even[x];
+        out[2 * x + 1] = odd[x];
+    }
+}
+
+static void take_off_bias(const float *restrict bias, int32_t n, float *restrict disparity,
+                          float *restrict confidence)
+{
+    for (int32_t x = 0; x < n; x++) {
+        const float d = disparity[x] - bias[x];
+
+        disparity[x] = d > 0.0f ? d : 0.0f;
+        confidence[x] = d > 0.0f ? confidence[x] : 0.0f;
+    }
+}
+
+static void keep_edges(const int8_t *restrict left, const float *restrict values, int32_t n,
+                       float *restrict out)
+{
+    for (int32_t x = 0; x < n; x++)
+        out[x] = (float)(left[x] != 0) * values[x];
+}
+
+#define SHEF_ROW_KERNELS(features)                                                                 \
+    {                                                                                              \
+        .cpu_features = (features), .slide_values = slide_values, .slide_squares = slide_squares,  \
+        .gains = gains, .side = side_pixels, .interleave = interleave,                             \
+        .take_off_bias = take_off_bias, .keep_edges = keep_edges,                                  \
+    }
