@@ -76,37 +76,34 @@ static uint64_t spread_bits(uint64_t bits)
     return ((own + UINT64_C(0x7f7f7f7f7f7f7f7f)) >> 7) & ones;
 }
 
-static void spread_plane_row(const uint64_t *words, int32_t width_px, int8_t *out_row)
+/* Bytes of 1 where plus is set, -1 where minus is, 0 where neither or both are.
+ *   minus  may be NULL */
+static void spread_row(const uint64_t *plus, const uint64_t *minus, int32_t width_px,
+                       int8_t *out_row)
 {
-    int32_t x = 0;
+    for (int32_t x = 0; x < width_px; x += 8) {
+        const uint64_t up = plus[x / 64] >> (x % 64);
+        const uint64_t down = minus ? minus[x / 64] >> (x % 64) : 0;
+        /* 255 times a byte of 1 is a byte of -1, without a carry into the next. */
+        const uint64_t bytes = spread_bits(up & ~down) + 255 * spread_bits(down & ~up);
+        const size_t n = width_px - x < 8 ? (size_t)(width_px - x) : 8;
 
-    for (; x + 8 <= width_px; x += 8) {
-        const uint64_t bytes = spread_bits(words[x / 64] >> (x % 64));
-
-        memcpy(out_row + x, &bytes, sizeof bytes);
+        if (n == 8)
+            memcpy(out_row + x, &bytes, 8);
+        else
+            memcpy(out_row + x, &bytes, n);
     }
-    for (; x < width_px; x++)
-        out_row[x] = (int8_t)(words[x / 64] >> (x % 64) & 1);
 }
 
 void shef_edge_map_row(const struct shef_edge_map *map, int32_t y, int8_t *out_row)
 {
     const size_t first_word = (size_t)y * (size_t)map->stride_words;
 
-    switch (map->kind) {
-    case SHEF_EDGE_GRADED:
+    if (map->kind == SHEF_EDGE_GRADED)
         memcpy(out_row, map->graded + y * map->graded_stride_bytes, (size_t)map->width_px);
-        break;
-    case SHEF_EDGE_TERNARY:
-        spread_plane_row(map->plus + first_word, map->width_px, out_row);
-        for (int32_t x = 0; x < map->width_px; x++)
-            out_row[x] =
-                (int8_t)(out_row[x] - (map->minus[first_word + (size_t)x / 64] >> (x % 64) & 1));
-        break;
-    case SHEF_EDGE_UNSIGNED:
-        spread_plane_row(map->plus + first_word, map->width_px, out_row);
-        break;
-    }
+    else
+        spread_row(map->plus + first_word, map->minus ? map->minus + first_word : NULL,
+                   map->width_px, out_row);
 }
 
 int64_t shef_edge_map_count(const struct shef_edge_map *map)

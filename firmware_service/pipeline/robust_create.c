@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "core/cpu.h"
 #include "core/memory.h"
@@ -297,6 +298,8 @@ struct shef_robust *shef_robust_create(const struct shef_robust_params *params,
         return NULL;
     }
     matcher->memory_bytes = from.total_bytes;
+    memset(matcher->zero_left, matcher->shape.offset,
+           (size_t)matcher->shape.left_length * sizeof *matcher->zero_left);
     robust_confidence_init(matcher->tables);
     return matcher;
 }

@@ -8,11 +8,10 @@
 /* Graded values shrink to the amplitude at which a whole window's products still fit int16. */
 static void shrink(int8_t *values, int32_t n, int32_t amplitude)
 {
-    for (int32_t x = 0; x < n; x++) {
-        const int32_t scaled = values[x] * amplitude;
+    const int16_t factor = (int16_t)((amplitude * 32768 + 63) / 127);
 
-        values[x] = (int8_t)((scaled + (scaled < 0 ? -63 : 63)) / 127);
-    }
+    for (int32_t x = 0; x < n; x++)
+        values[x] = (int8_t)((values[x] * factor + (1 << 14)) >> 15);
 }
 
 static void fill_bytes(const struct shef_robust *matcher, const struct shef_edge_map *map,
