@@ -23,13 +23,17 @@ struct shef_command {
     enum shef_err (*run)(const void *settings, struct shef_error *err);
 };
 
+/* In the order of the help. */
+#define SHEF_N_COMMANDS 8
+extern const struct shef_command *const shef_commands[SHEF_N_COMMANDS];
+
 extern const struct shef_command shef_command_match;
 extern const struct shef_command shef_command_eval;
 extern const struct shef_command shef_command_table;
-extern const struct shef_command shef_command_bench_correlate;
-extern const struct shef_command shef_command_bench_frame;
 extern const struct shef_command shef_command_align_fit;
 extern const struct shef_command shef_command_bias_fit;
+extern const struct shef_command shef_command_bench_correlate;
+extern const struct shef_command shef_command_bench_frame;
 extern const struct shef_command shef_command_synth;
 
 /* True once SIGINT or SIGTERM arrived. Long work asks between two pairs, removes what it has

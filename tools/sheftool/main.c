@@ -9,20 +9,14 @@
 
 enum { EXIT_USAGE = 2, EXIT_INTERRUPTED = 130 };
 
-static const struct shef_command *const commands[] = {
-    &shef_command_synth,
-};
-
-#define N_COMMANDS ((int)(sizeof commands / sizeof commands[0]))
-
 static void print_help(FILE *out)
 {
     fprintf(out, "sheftool: disparity from the edges of one frame camera and one event camera\n\n"
                  "Usage: sheftool COMMAND [OPTIONS]\n"
                  "       sheftool COMMAND --help\n\n"
                  "Commands:\n");
-    for (int i = 0; i < N_COMMANDS; i++)
-        fprintf(out, "  %-16s %s\n", commands[i]->name, commands[i]->summary);
+    for (int i = 0; i < SHEF_N_COMMANDS; i++)
+        fprintf(out, "  %-16s %s\n", shef_commands[i]->name, shef_commands[i]->summary);
     fprintf(out, "\nExit status: 0 done, 1 failed (one sentence on standard error says why),\n"
                  "2 the command line is wrong.\n");
 }
@@ -39,18 +33,18 @@ static void print_command_help(const struct shef_command *command, FILE *out)
 /* Finds the command that argv names and how many words its name has. */
 static const struct shef_command *find_command(int argc, char **argv, int *out_n_words)
 {
-    for (int i = 0; i < N_COMMANDS; i++) {
-        const char *name = commands[i]->name;
+    for (int i = 0; i < SHEF_N_COMMANDS; i++) {
+        const char *name = shef_commands[i]->name;
         const char *gap = strchr(name, ' ');
 
         if (!gap && argc > 1 && strcmp(name, argv[1]) == 0) {
             *out_n_words = 1;
-            return commands[i];
+            return shef_commands[i];
         }
         if (gap && argc > 2 && strncmp(name, argv[1], (size_t)(gap - name)) == 0 &&
             argv[1][gap - name] == '\0' && strcmp(gap + 1, argv[2]) == 0) {
             *out_n_words = 2;
-            return commands[i];
+            return shef_commands[i];
         }
     }
     return NULL;
@@ -62,12 +56,12 @@ static bool print_group_help(const char *word)
     const size_t n = strlen(word);
     bool found = false;
 
-    for (int i = 0; i < N_COMMANDS; i++) {
-        if (strncmp(commands[i]->name, word, n) != 0 || commands[i]->name[n] != ' ')
+    for (int i = 0; i < SHEF_N_COMMANDS; i++) {
+        if (strncmp(shef_commands[i]->name, word, n) != 0 || shef_commands[i]->name[n] != ' ')
             continue;
         if (found)
             putchar('\n');
-        print_command_help(commands[i], stdout);
+        print_command_help(shef_commands[i], stdout);
         found = true;
     }
     return found;

@@ -1,0 +1,7 @@
+#include "sheftool/command.h"
+
+const struct shef_command *const shef_commands[SHEF_N_COMMANDS] = {
+    &shef_command_match,       &shef_command_eval,     &shef_command_table,
+    &shef_command_align_fit,   &shef_command_bias_fit, &shef_command_bench_correlate,
+    &shef_command_bench_frame, &shef_command_synth,
+};
