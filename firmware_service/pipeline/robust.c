@@ -3,7 +3,6 @@
 
 #include <assert.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
@@ -65,23 +64,30 @@ void shef_robust_reset(struct shef_robust *matcher)
     matcher->has_past = false;
 }
 
+static int32_t edge_strength(const int8_t *values)
+{
+    int32_t sum = 0;
+
+    for (int32_t x = 0; x < THUMBNAIL_PX; x++)
+        sum += values[x] < 0 ? -values[x] : values[x];
+    return sum;
+}
+
 /* Edge strength of the left view in blocks, on every fourth row. */
 static void fill_thumbnail(struct shef_robust *matcher)
 {
     const struct shef_image_i8 left = matcher->views[0].left;
     const struct shef_image_u16 thumbnail = matcher->grids[matcher->current].thumbnail;
 
-    for (int32_t y = 0; y < thumbnail.height_px; y++) {
-        uint16_t *block = shef_row_u16(thumbnail, y);
+    for (int32_t y = 0; y < thumbnail.height_px; y++)
+        for (int32_t x = 0; x < thumbnail.width_px; x++) {
+            int32_t sum = 0;
 
-        memset(block, 0, (size_t)thumbnail.width_px * sizeof *block);
-        for (int32_t row = 0; row < THUMBNAIL_PX; row += 4) {
-            const int8_t *values = shef_row_i8(left, y * THUMBNAIL_PX + row);
-
-            for (int32_t x = 0; x < thumbnail.width_px * THUMBNAIL_PX; x++)
-                block[x / THUMBNAIL_PX] = (uint16_t)(block[x / THUMBNAIL_PX] + abs(values[x]));
+            for (int32_t row = 0; row < THUMBNAIL_PX; row += 4)
+                sum += edge_strength(shef_row_i8(left, y * THUMBNAIL_PX + row) +
+                                     x * THUMBNAIL_PX);
+            shef_row_u16(thumbnail, y)[x] = (uint16_t)sum;
         }
-    }
 }
 
 /* Whether the left view no longer shows what it showed: its blocks do not correlate. */

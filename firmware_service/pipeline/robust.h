@@ -36,7 +36,7 @@ struct shef_robust_params {
     enum shef_edge_kind kind;     /* of every map given to match() */
     double regularisation;        /* share of the largest variance added to each; 0.005..0.5 */
     int32_t p1;                   /* cost of a step of one level along a path; 500 = uncorrelated */
-    int32_t p2;                   /* cost of any larger jump; p1..4500 */
+    int32_t p2;                   /* cost of any larger jump; p1..4000 */
     bool use_past;                /* carry a prior from pair to pair */
     double prior_cost_per_px;     /* 0..64, for a fully confident previous disparity */
     double saturated_cost_per_px; /* the same where the event map is saturated */
@@ -44,7 +44,7 @@ struct shef_robust_params {
     double saturated_share;       /* an event map with more edge pixels than this is saturated */
 };
 
-/* What runs live: unsigned maps, 80 px in steps of 2, window 30x22 px.
+/* What runs live: unsigned maps, 80 px in steps of 2, window 38x18 px.
  * Graded and ternary maps: a window of 14x14 px (signs need less support). */
 struct shef_robust_params shef_robust_defaults(int32_t width_px, int32_t height_px,
                                                enum shef_edge_kind kind);
