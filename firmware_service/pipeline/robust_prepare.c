@@ -79,7 +79,7 @@ static void fill_right_pairs(const struct robust_shape *shape, const int8_t *row
     const int32_t last_q = 2 * shape->grid_width - step;
     uint16_t *pair = out_pairs + shape->right_front - 1 - last_q / step;
 
-    for (int32_t q = last_q; q >= 1 - step; q -= step)
+    for (int32_t q = last_q; q >= -1; q -= step)
         memcpy(pair++, row + q, sizeof *pair);
 }
 
