@@ -70,6 +70,18 @@ static void test_long_sentences_are_cut_at_the_end(void)
     TEST_ASSERT_EQUAL_INT(0, strncmp(err.text, "outer: begin xxx", 16));
 }
 
+static void test_what_a_file_says_cannot_break_the_line(void)
+{
+    struct shef_error err = { 0 };
+
+    (void)shef_fail(&err, SHEF_ERR_FORMAT, "kind '%s'", "a\nb\x1b[2J\x7f\t\xc3\xa9");
+    TEST_ASSERT_EQUAL_STRING("kind 'a?b?[2J??\xc3\xa9'", err.text);
+    (void)shef_fail_os(&err, ENOENT, "open 'a\nb'");
+    TEST_ASSERT_NULL(strchr(err.text, '\n'));
+    (void)shef_fail_context(&err, "read\r");
+    TEST_ASSERT_NULL(strchr(err.text, '\r'));
+}
+
 static void test_every_code_has_a_name_of_its_own(void)
 {
     for (int a = SHEF_OK; a <= SHEF_ERR_UNSUPPORTED; a++) {
@@ -89,6 +101,7 @@ int main(void)
     RUN_TEST(test_system_errors_become_codes_and_end_the_sentence);
     RUN_TEST(test_context_goes_in_front_and_keeps_the_code);
     RUN_TEST(test_long_sentences_are_cut_at_the_end);
+    RUN_TEST(test_what_a_file_says_cannot_break_the_line);
     RUN_TEST(test_every_code_has_a_name_of_its_own);
     return UNITY_END();
 }
