@@ -12,6 +12,7 @@
 #include "core/pfm.h"
 #include "core/png_io.h"
 #include "sheftool/command.h"
+#include "sheftool/matcher.h"
 #include "support/support.h"
 #include "tools/program.h"
 
@@ -215,6 +216,29 @@ static void test_fitted_fields_are_taken_by_match(void)
     match("biased", more);
 }
 
+static void test_odd_sizes_are_matched_aligned_and_scored(void)
+{
+    char odd[4096];
+    char maps[4096];
+    char field[4096];
+
+    snprintf(odd, sizeof odd, "%s", shef_test_temp_path("odd"));
+    snprintf(maps, sizeof maps, "%s", shef_test_temp_path("odd-maps"));
+    snprintf(field, sizeof field, "%s", shef_test_temp_path("odd.json"));
+    program_run("synth --out %s --pairs 3 --width 161 --height 121", odd);
+    TEST_ASSERT_EQUAL_INT(
+        0, program_run("align fit --data %s --out %s --max-disparity 32", odd, field)->status);
+    for (int i = 0; i < SHEF_N_MATCHERS; i++)
+        TEST_ASSERT_EQUAL_INT_MESSAGE(0,
+                                      program_run(MATCH " --mode %s --align %s", odd, odd, maps,
+                                                  shef_matchers[i]->name, field)
+                                          ->status,
+                                      shef_matchers[i]->name);
+    TEST_ASSERT_EQUAL_INT(
+        0, program_run("eval --disparity %s --gt %s/gt --frame-edges %s/frame_edge", maps, odd, odd)
+               ->status);
+}
+
 static void test_eval_reads_16_bit_png_as_256ths_of_a_pixel(void)
 {
     struct shef_image_u16 map;
@@ -413,6 +437,7 @@ int main(void)
     RUN_TEST(test_threads_and_instruction_sets_do_not_change_the_maps);
     RUN_TEST(test_only_picked_pairs_are_matched);
     RUN_TEST(test_fitted_fields_are_taken_by_match);
+    RUN_TEST(test_odd_sizes_are_matched_aligned_and_scored);
     RUN_TEST(test_eval_reads_16_bit_png_as_256ths_of_a_pixel);
     RUN_TEST(test_eval_of_the_truth_itself_is_free_of_errors);
     RUN_TEST(test_eval_pictures_go_beside_the_maps_and_not_between_them);

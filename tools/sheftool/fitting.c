@@ -41,7 +41,7 @@ static enum shef_err create_job(struct alignment_job *job, const struct shef_dat
     if (code == SHEF_OK)
         code = shef_image_create_i8(&job->right, w, h, err);
     if (code == SHEF_OK)
-        code = shef_image_create_i16(&job->cells, w / 2, h / 2, err);
+        code = shef_image_create_i16(&job->cells, (w + 1) / 2, (h + 1) / 2, err);
     return code;
 }
 
