@@ -55,7 +55,7 @@ struct shef_tally {
     struct shef_depth_counts *depth;
 };
 
-/* Focal length times baseline of the rectified pair, px * cm: Z = bf / d. */
+/* The rectified rig, for depths: Z = focal_px * baseline_m / disparity. */
 struct shef_rig {
     double focal_px;
     double baseline_m;

@@ -3,10 +3,13 @@
 #include <assert.h>
 #include <inttypes.h>
 #include <stdio.h>
-#include <string.h>
+#include <stdlib.h>
 #include <unistd.h>
 
+#include "core/file.h"
 #include "sheftool/paths.h"
+
+#define MAX_FILE_BYTES (1 << 20)
 
 /* The order of the authors' pairs; the truth changes abruptly at 50 and at 99. */
 static const struct shef_scenes authors = {
@@ -18,11 +21,13 @@ static const struct shef_scenes authors = {
     .n = 3,
 };
 
-static enum shef_err read_file(struct shef_scenes *scenes, const char *path, struct shef_error *err)
+enum shef_err shef_scenes_parse(struct shef_scenes *out_scenes, const char *bytes, size_t n_bytes,
+                                const char *path, struct shef_error *err)
 {
     json_error_t json_error;
-    json_t *root = json_load_file(path, 0, &json_error);
+    json_t *root = json_loadb(bytes, n_bytes, 0, &json_error);
     json_t *list = json_object_get(root, "scenes");
+    struct shef_scenes scenes = { .n = 0 };
     enum shef_err code = SHEF_OK;
 
     if (!root)
@@ -32,7 +37,7 @@ static enum shef_err read_file(struct shef_scenes *scenes, const char *path, str
         code = shef_fail(err, SHEF_ERR_FORMAT, "'%s': needs a list \"scenes\" of 1 to %d entries",
                          path, SHEF_MAX_SCENES);
     for (size_t i = 0; code == SHEF_OK && i < json_array_size(list); i++) {
-        struct shef_scene *scene = &scenes->at[scenes->n++];
+        struct shef_scene *scene = &scenes.at[scenes.n++];
         json_int_t first;
         json_int_t last;
         const char *name;
@@ -49,6 +54,21 @@ static enum shef_err read_file(struct shef_scenes *scenes, const char *path, str
             snprintf(scene->name, sizeof scene->name, "%s", name);
     }
     json_decref(root);
+    if (code == SHEF_OK)
+        *out_scenes = scenes;
+    return code;
+}
+
+static enum shef_err read_file(struct shef_scenes *scenes, const char *path, struct shef_error *err)
+{
+    uint8_t *bytes;
+    size_t n_bytes;
+    enum shef_err code = shef_file_read(path, MAX_FILE_BYTES, &bytes, &n_bytes, err);
+
+    if (code != SHEF_OK)
+        return code;
+    code = shef_scenes_parse(scenes, (const char *)bytes, n_bytes, path, err);
+    free(bytes);
     return code;
 }
 

@@ -32,6 +32,13 @@ SHEF_MUST_CHECK enum shef_err shef_scenes_find(struct shef_scenes *out_scenes, c
                                                const struct shef_numbered_list *pairs,
                                                struct shef_error *err);
 
+/* Reads the content of a scenes.json.
+ *   path  for the sentence
+ * SHEF_ERR_FORMAT: out_scenes is untouched. */
+SHEF_MUST_CHECK enum shef_err shef_scenes_parse(struct shef_scenes *out_scenes, const char *bytes,
+                                                size_t n_bytes, const char *path,
+                                                struct shef_error *err);
+
 /* The scene of a pair, 0..n-1. The pair must be one of those given to find(). */
 int32_t shef_scenes_of(const struct shef_scenes *scenes, int64_t number);
 
