@@ -84,8 +84,7 @@ static void fill_thumbnail(struct shef_robust *matcher)
             int32_t sum = 0;
 
             for (int32_t row = 0; row < THUMBNAIL_PX; row += 4)
-                sum += edge_strength(shef_row_i8(left, y * THUMBNAIL_PX + row) +
-                                     x * THUMBNAIL_PX);
+                sum += edge_strength(shef_row_i8(left, y * THUMBNAIL_PX + row) + x * THUMBNAIL_PX);
             shef_row_u16(thumbnail, y)[x] = (uint16_t)sum;
         }
 }

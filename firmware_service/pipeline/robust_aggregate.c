@@ -5,7 +5,6 @@
 #include "pipeline/robust_internal.h"
 
 #include <math.h>
-#include <string.h>
 
 /* A margin of this cost or more is trusted fully as a prior. */
 #define PRIOR_FULL_MARGIN 2000
@@ -48,6 +47,8 @@ static void store_winners(struct shef_robust *matcher, const struct shef_match_b
     }
 }
 
+/* The strip's sums are in memory of their own: the path downwards starts them, the path upwards
+ * adds itself and the horizontal ones, and the winner reads them while they are in the cache. */
 void robust_aggregate_task(void *context, int32_t strip, int32_t worker)
 {
     struct shef_robust *matcher = context;
@@ -56,38 +57,34 @@ void robust_aggregate_task(void *context, int32_t strip, int32_t worker)
     const int32_t x = strip * STRIP_CELLS;
     const int32_t n_cells =
         shape->grid_width - x < STRIP_CELLS ? shape->grid_width - x : STRIP_CELLS;
-    const size_t path_bytes = (size_t)n_cells * (size_t)shape->n_lanes * sizeof(uint16_t);
-    uint16_t minima[2][STRIP_CELLS];
+    const ptrdiff_t row_lanes = (ptrdiff_t)shape->grid_width * shape->n_lanes;
+    const ptrdiff_t strip_lanes = (ptrdiff_t)STRIP_CELLS * shape->n_lanes;
+    const int32_t last_row = shape->grid_height - 1;
+    struct shef_match_path path = {
+        .costs = matcher->costs + (ptrdiff_t)x * shape->n_lanes,
+        .sums = chunk->strip_sums,
+        .cell_stride = shape->n_lanes,
+        .step = row_lanes,
+        .sums_step = strip_lanes,
+        .state = { chunk->paths[0], chunk->paths[1] },
+        .n_cells = n_cells,
+        .n_steps = shape->grid_height,
+        .n_lanes = shape->n_lanes,
+        .p1 = (uint16_t)matcher->params.p1,
+        .p2 = (uint16_t)matcher->params.p2,
+    };
 
-    for (int direction = 0; direction < 2; direction++) {
-        int from = 0;
-
-        memset(chunk->paths[from], 0, path_bytes);
-        memset(minima[from], 0, sizeof minima[from]);
-        for (int32_t i = 0; i < shape->grid_height; i++, from = !from) {
-            const int32_t y = direction ? shape->grid_height - 1 - i : i;
-            const ptrdiff_t at = ((ptrdiff_t)y * shape->grid_width + x) * shape->n_lanes;
-
-            matcher->kernels->path(&(struct shef_match_path){
-                .costs = matcher->costs + at,
-                .costs_stride = shape->n_lanes,
-                .prev = chunk->paths[from],
-                .prev_min = minima[from],
-                .out = chunk->paths[!from],
-                .out_min = minima[!from],
-                .sums = matcher->sums + at,
-                .sums_stride = shape->n_lanes,
-                .is_first = 0,
-                .n_cells = n_cells,
-                .n_lanes = shape->n_lanes,
-                .p1 = (uint16_t)matcher->params.p1,
-                .p2 = (uint16_t)matcher->params.p2,
-            });
-            if (direction == 1) {
-                matcher->kernels->winner(chunk->best, matcher->sums + at, n_cells, shape->n_lanes,
-                                         shape->n_levels);
-                store_winners(matcher, chunk->best, x, y, n_cells);
-            }
-        }
+    matcher->kernels->path(&path);
+    path.costs += last_row * row_lanes;
+    path.sums += last_row * strip_lanes;
+    path.addend[0] = path.sums;
+    path.addend[1] = matcher->sums + last_row * row_lanes + (ptrdiff_t)x * shape->n_lanes;
+    path.step = -path.step;
+    path.sums_step = -path.sums_step;
+    matcher->kernels->path(&path);
+    for (int32_t y = 0; y <= last_row; y++) {
+        matcher->kernels->winner(chunk->best, chunk->strip_sums + y * strip_lanes, n_cells,
+                                 shape->n_lanes, shape->n_levels);
+        store_winners(matcher, chunk->best, x, y, n_cells);
     }
 }

@@ -185,35 +185,25 @@ static void horizontal_paths(const struct shef_robust *matcher, struct robust_ch
 {
     const struct robust_shape *shape = &matcher->shape;
     const ptrdiff_t row_lanes = (ptrdiff_t)shape->grid_width * shape->n_lanes;
-    const size_t path_bytes = (size_t)n_rows * (size_t)shape->n_lanes * sizeof(uint16_t);
-    uint16_t minima[2][PATH_ROWS];
 
-    for (int direction = 0; direction < 2; direction++) {
-        int from = 0;
+    for (int32_t direction = 1; direction >= -1; direction -= 2) {
+        const ptrdiff_t first_cell = direction > 0 ? 0 : row_lanes - shape->n_lanes;
+        uint16_t *sums = matcher->sums + first_row * row_lanes + first_cell;
 
-        /* Before the first cell nothing has been paid. */
-        memset(chunk->paths[from], 0, path_bytes);
-        memset(minima[from], 0, sizeof minima[from]);
-        for (int32_t i = 0; i < shape->grid_width; i++, from = !from) {
-            const int32_t g = direction ? shape->grid_width - 1 - i : i;
-            const ptrdiff_t at = first_row * row_lanes + (ptrdiff_t)g * shape->n_lanes;
-
-            matcher->kernels->path(&(struct shef_match_path){
-                .costs = matcher->costs + at,
-                .costs_stride = row_lanes,
-                .prev = chunk->paths[from],
-                .prev_min = minima[from],
-                .out = chunk->paths[!from],
-                .out_min = minima[!from],
-                .sums = matcher->sums + at,
-                .sums_stride = row_lanes,
-                .is_first = direction == 0,
-                .n_cells = n_rows,
-                .n_lanes = shape->n_lanes,
-                .p1 = (uint16_t)matcher->params.p1,
-                .p2 = (uint16_t)matcher->params.p2,
-            });
-        }
+        matcher->kernels->path(&(struct shef_match_path){
+            .costs = matcher->costs + first_row * row_lanes + first_cell,
+            .addend = { direction > 0 ? NULL : sums },
+            .sums = sums,
+            .cell_stride = row_lanes,
+            .step = direction * shape->n_lanes,
+            .sums_step = direction * shape->n_lanes,
+            .state = { chunk->paths[0], chunk->paths[1] },
+            .n_cells = n_rows,
+            .n_steps = shape->grid_width,
+            .n_lanes = shape->n_lanes,
+            .p1 = (uint16_t)matcher->params.p1,
+            .p2 = (uint16_t)matcher->params.p2,
+        });
     }
 }
 

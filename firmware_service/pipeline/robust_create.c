@@ -198,7 +198,6 @@ static void take_chunk(struct allocator *from, struct robust_chunk *chunk,
     const size_t n_columns = (size_t)(shape->left_length + shape->half_width + 1);
     const size_t n_left = (size_t)shape->left_length;
     const size_t n_right = (size_t)shape->right_length;
-    const int32_t n_cells = PATH_ROWS > STRIP_CELLS ? PATH_ROWS : STRIP_CELLS;
 
     chunk->columns = take(from, n_columns * (size_t)shape->n_lanes + PAD_LANES, sizeof(int16_t));
     take_sums(from, &chunk->left, n_left, shape->offset > 0);
@@ -221,7 +220,9 @@ static void take_chunk(struct allocator *from, struct robust_chunk *chunk,
     chunk->pixel_confidence = take(from, n_pixels, sizeof(float));
     chunk->bias = take(from, n_pixels, sizeof(float));
     for (int i = 0; i < 2; i++)
-        chunk->paths[i] = take_path(from, n_cells, shape->n_lanes);
+        chunk->paths[i] = take_path(from, SHEF_MATCH_PATH_CELLS, shape->n_lanes);
+    chunk->strip_sums = take(from, (size_t)shape->grid_height * STRIP_CELLS,
+                             (size_t)shape->n_lanes * sizeof(uint16_t));
 }
 
 static void take_view(struct allocator *from, struct robust_view *view,
@@ -353,6 +354,7 @@ static void free_chunk(struct robust_chunk *chunk)
     free(chunk->bias);
     free_path(chunk->paths[0]);
     free_path(chunk->paths[1]);
+    free(chunk->strip_sums);
 }
 
 void shef_robust_destroy(struct shef_robust *matcher)

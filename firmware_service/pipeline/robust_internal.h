@@ -13,9 +13,9 @@
 #include "pipeline/kernels/rows.h"
 #include "pipeline/robust.h"
 
-#define PATH_ROWS    8  /* grid rows whose horizontal paths run interleaved, to hide latency */
-#define STRIP_CELLS  16 /* cells whose vertical paths run interleaved */
-#define THUMBNAIL_PX 16 /* side of a thumbnail's block */
+#define PATH_ROWS    8                     /* grid rows whose horizontal paths run in step */
+#define STRIP_CELLS  SHEF_MATCH_PATH_CELLS /* cells whose vertical paths run in step */
+#define THUMBNAIL_PX 16                    /* side of a thumbnail's block */
 
 /* Sizes that follow from the parameters. */
 struct robust_shape {
@@ -74,7 +74,8 @@ struct robust_chunk {
     float *pixel_disparity; /* one pixel row, px */
     float *pixel_confidence;
     float *bias;
-    uint16_t *paths[2]; /* PATH_ROWS or STRIP_CELLS path costs, ping-pong */
+    uint16_t *paths[2];   /* path costs of cells in step, ping-pong */
+    uint16_t *strip_sums; /* grid_height * STRIP_CELLS * n_lanes */
     struct shef_match_best best[STRIP_CELLS];
 };
 

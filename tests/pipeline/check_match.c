@@ -250,61 +250,58 @@ static uint16_t *take_volume(int32_t n_cells, ptrdiff_t stride, int32_t n_lanes,
     return volume;
 }
 
+/* Memory for a path's state: a lane without a level in front, one to spare behind. */
+static uint16_t *take_state(int32_t n_cells, int32_t n_lanes)
+{
+    uint16_t *state = take((size_t)(n_cells * n_lanes + 2), sizeof *state);
+
+    state[0] = SHEF_MATCH_NO_LEVEL;
+    return state + 1;
+}
+
+/* Rows of cells, as the horizontal paths see them, forwards or backwards, with nothing to add, with
+ * the sums so far, or with those and another volume. */
 static void check_path(const struct shef_match_kernels *tested)
 {
-    const int32_t n_cells = shef_test_random_range(&draws, 1, 16);
+    const int32_t n_cells = shef_test_random_range(&draws, 1, SHEF_MATCH_PATH_CELLS);
+    const int32_t n_steps = shef_test_random_range(&draws, 1, 20);
     const int32_t n_lanes = pick_lanes();
     const int32_t n_levels = pick_levels(n_lanes);
     const int32_t p2 = pick(1, 4000);
-    const size_t n_values = (size_t)(n_cells * n_lanes);
-    const ptrdiff_t stride = n_lanes * shef_test_random_range(&draws, 1, 3);
-    const size_t n_sums = (size_t)((n_cells - 1) * stride + n_lanes);
-    uint16_t *prev = take(n_values + 2, sizeof *prev);
-    uint16_t *prev_min = take((size_t)n_cells, sizeof *prev_min);
-    uint16_t *sums = take(n_sums, sizeof *sums);
+    const int32_t n_addends = shef_test_random_range(&draws, 0, 2);
+    const int is_backwards = shef_test_random_range(&draws, 0, 1);
+    const size_t n_values = (size_t)(n_cells * n_steps * n_lanes);
+    const ptrdiff_t first = is_backwards ? (ptrdiff_t)(n_steps - 1) * n_lanes : 0;
+    uint16_t *sums = take(n_values, sizeof *sums);
+
+    for (size_t i = 0; i < n_values; i++)
+        sums[i] = (uint16_t)pick(0, UINT16_MAX);
+
+    uint16_t *other_sums = take_copy(sums, n_values * sizeof *sums);
+    const uint16_t *second = take_copy(sums, n_values * sizeof *sums);
     struct shef_match_path path = {
-        .costs = take_volume(n_cells, stride, n_lanes, n_levels, MOST_COST, SHEF_MATCH_NO_LEVEL,
-                             SHEF_MATCH_NO_LEVEL),
-        .costs_stride = stride,
-        .prev = prev + 1,
-        .prev_min = prev_min,
-        .sums_stride = stride,
-        .is_first = shef_test_random_range(&draws, 0, 1),
+        .costs = take_volume(n_cells * n_steps, n_lanes, n_lanes, n_levels, MOST_COST,
+                             SHEF_MATCH_NO_LEVEL, SHEF_MATCH_NO_LEVEL) +
+                 first,
+        .addend = { n_addends > 0 ? sums + first : NULL, n_addends > 1 ? second + first : NULL },
+        .sums = sums + first,
+        .cell_stride = (ptrdiff_t)n_steps * n_lanes,
+        .step = is_backwards ? -n_lanes : n_lanes,
+        .sums_step = is_backwards ? -n_lanes : n_lanes,
+        .state = { take_state(n_cells, n_lanes), take_state(n_cells, n_lanes) },
         .n_cells = n_cells,
+        .n_steps = n_steps,
         .n_lanes = n_lanes,
         .p1 = (uint16_t)shef_test_random_range(&draws, 1, p2),
         .p2 = (uint16_t)p2,
     };
 
-    prev[0] = SHEF_MATCH_NO_LEVEL;
-    memcpy(prev + 1,
-           take_volume(n_cells, n_lanes, n_lanes, n_levels, MOST_COST + p2, SHEF_MATCH_NO_LEVEL,
-                       SHEF_MATCH_NO_LEVEL + p2),
-           n_values * sizeof *prev);
-    prev[n_values + 1] = (uint16_t)pick(0, SHEF_MATCH_NO_LEVEL);
-    for (int32_t i = 0; i < n_cells; i++) {
-        prev_min[i] = UINT16_MAX;
-        for (int32_t k = 0; k < n_lanes; k++)
-            if (path.prev[i * n_lanes + k] < prev_min[i])
-                prev_min[i] = path.prev[i * n_lanes + k];
-    }
-    for (size_t i = 0; i < n_sums; i++)
-        sums[i] = (uint16_t)pick(0, UINT16_MAX);
-
-    struct shef_match_path other = path;
-
-    path.out = take(n_values, sizeof(uint16_t));
-    path.out_min = take((size_t)n_cells, sizeof(uint16_t));
-    path.sums = sums;
-    other.out = take(n_values, sizeof(uint16_t));
-    other.out_min = take((size_t)n_cells, sizeof(uint16_t));
-    other.sums = take_copy(sums, n_sums * sizeof *sums);
-
     shef_match_kernels_c.path(&path);
-    tested->path(&other);
-    TEST_ASSERT_EQUAL_UINT16_ARRAY(path.out, other.out, n_values);
-    TEST_ASSERT_EQUAL_UINT16_ARRAY(path.out_min, other.out_min, (size_t)n_cells);
-    TEST_ASSERT_EQUAL_UINT16_ARRAY(path.sums, other.sums, n_sums);
+    path.sums = other_sums + first;
+    if (n_addends > 0)
+        path.addend[0] = path.sums;
+    tested->path(&path);
+    TEST_ASSERT_EQUAL_UINT16_ARRAY(sums, other_sums, n_values);
 }
 
 static void test_paths_are_the_same_in_every_instruction_set(void)

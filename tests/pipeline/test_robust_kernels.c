@@ -44,43 +44,39 @@ static void test_costs_scale_the_window_sum_and_stop_at_perfect_and_opposed(void
     TEST_ASSERT_EQUAL_UINT16(0, costs[LANES + 2]);
 }
 
-/* Three levels: staying is free, one level costs p1, anything more p2. */
+/* Three levels: staying is free, one level costs p1, anything more p2. The first step's costs are
+ * what the second one starts from. */
 static void test_a_path_stays_for_nothing_steps_for_p1_and_jumps_for_p2(void)
 {
     enum { LANES = 16 };
-    uint16_t costs[LANES];
-    uint16_t prev[LANES + 2];
-    uint16_t out[LANES];
-    uint16_t sums[LANES];
-    uint16_t out_min;
-    const uint16_t prev_min = 100;
+    uint16_t costs[2 * LANES];
+    uint16_t sums[2 * LANES];
+    uint16_t state[2][LANES + 2] = { { SHEF_MATCH_NO_LEVEL }, { SHEF_MATCH_NO_LEVEL } };
 
-    for (int k = 0; k < LANES; k++)
-        costs[k] = prev[k + 1] = SHEF_MATCH_NO_LEVEL;
-    prev[0] = prev[LANES + 1] = SHEF_MATCH_NO_LEVEL;
-    memcpy(prev + 1, (uint16_t[]){ 100, 900, 900 }, 3 * sizeof *prev);
-    memcpy(costs, (uint16_t[]){ 50, 60, 70 }, 3 * sizeof *costs);
-    for (int k = 0; k < LANES; k++)
+    for (int k = 0; k < 2 * LANES; k++) {
+        costs[k] = SHEF_MATCH_NO_LEVEL;
         sums[k] = 1000;
+    }
+    memcpy(costs, (uint16_t[]){ 100, 900, 900 }, 3 * sizeof *costs);
+    memcpy(costs + LANES, (uint16_t[]){ 50, 60, 70 }, 3 * sizeof *costs);
     shef_match_kernels_c.path(&(struct shef_match_path){
         .costs = costs,
-        .costs_stride = LANES,
-        .prev = prev + 1,
-        .prev_min = &prev_min,
-        .out = out,
-        .out_min = &out_min,
+        .addend = { sums },
         .sums = sums,
-        .sums_stride = LANES,
+        .cell_stride = 2 * LANES,
+        .step = LANES,
+        .sums_step = LANES,
+        .state = { state[0] + 1, state[1] + 1 },
         .n_cells = 1,
+        .n_steps = 2,
         .n_lanes = LANES,
         .p1 = 10,
         .p2 = 300,
     });
-    TEST_ASSERT_EQUAL_UINT16(50, out[0]);       /* stays */
-    TEST_ASSERT_EQUAL_UINT16(60 + 10, out[1]);  /* from level 0 by one */
-    TEST_ASSERT_EQUAL_UINT16(70 + 300, out[2]); /* from level 0 by two */
-    TEST_ASSERT_EQUAL_UINT16(50, out_min);
-    TEST_ASSERT_EQUAL_UINT16(1000 + 70, sums[1]);
+    TEST_ASSERT_EQUAL_UINT16(1000 + 900, sums[1]);              /* nothing was paid before */
+    TEST_ASSERT_EQUAL_UINT16(1000 + 50, sums[LANES]);           /* stays */
+    TEST_ASSERT_EQUAL_UINT16(1000 + 60 + 10, sums[LANES + 1]);  /* from level 0 by one */
+    TEST_ASSERT_EQUAL_UINT16(1000 + 70 + 300, sums[LANES + 2]); /* from level 0 by two */
 }
 
 static void test_the_winner_knows_its_neighbours_and_its_margin_over_the_rest(void)

@@ -1,8 +1,9 @@
 /* Measures several ways to do one job side by side.
  *
- * The cases take turns, one run each per round, so that a disturbance of the machine hits all of
- * them and not one. The first round warms up and is not counted. Each case runs on the calling
- * thread only. Thread: main. */
+ * The cases take turns, so that a disturbance of the machine hits all of them and not one. A turn
+ * is two successive pairs, of which the second is counted: live, too, a matcher finds its memory
+ * as its previous frame left it. The first round warms up and is not counted. Each case runs on
+ * the calling thread only. Thread: main. */
 #ifndef SHEFTOOL_BENCH_H
 #define SHEFTOOL_BENCH_H
 
@@ -21,7 +22,7 @@ struct shef_bench_pair {
     struct shef_edge_map event[3];
 };
 
-/* Pairs to run on; run i takes pair i modulo n. */
+/* Pairs to run on, in order and again from the first. */
 struct shef_bench_pairs {
     struct shef_bench_pair *at; /* owned */
     int32_t n;

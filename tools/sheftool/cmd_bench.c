@@ -181,8 +181,8 @@ static enum shef_err run_frame(const void *settings, struct shef_error *err)
 
 #define HOW_IT_MEASURES                                                                            \
     "Every instruction set of this processor runs beside OpenCV's StereoBM (block 21) and\n"       \
-    "StereoSGBM (block 5) on the same pairs, one thread each; the cases take turns, so that a\n"   \
-    "disturbance hits all. OpenCV gets ready 8-bit images; only its matching is timed."
+    "StereoSGBM (block 5) on the same pairs, one thread each. The cases take turns, so that a\n"   \
+    "disturbance hits all; of a turn's two pairs the second is timed. OpenCV gets ready 8-bit images; only its matching is timed."
 
 const struct shef_command shef_command_bench_correlate = {
     .name = "bench correlate",

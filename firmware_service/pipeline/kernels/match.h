@@ -69,25 +69,27 @@ struct shef_match_row {
  *   costs  n_cells * n_lanes */
 typedef void shef_match_costs_fn(uint16_t *costs, const struct shef_match_row *row);
 
-/* One step of a semi-global path for a set of independent cells:
+/* Semi-global paths of n_cells independent cells, n_steps steps long. Each step:
  *   out[k] = cost[k] + min(prev[k], prev[k-1] + p1, prev[k+1] + p1, m + p2) - m, m = min(prev)
- * prev and out hold the paths of the n_cells cells contiguously, with one lane of NO_LEVEL before
- * the first; prev_min and out_min hold their minima. */
+ *   sums[k] = out[k] + the addends
+ * Before the first step nothing has been paid: prev = 0. Running several cells in step hides the
+ * latency of each one's chain. */
 struct shef_match_path {
-    const uint16_t *costs;
-    ptrdiff_t costs_stride; /* lanes from one cell to the next */
-    const uint16_t *prev;
-    const uint16_t *prev_min;
-    uint16_t *out;
-    uint16_t *out_min;
-    uint16_t *sums; /* the volume that the path's costs are added to */
-    ptrdiff_t sums_stride;
-    int is_first; /* sums is written, not added to */
-    int32_t n_cells;
+    const uint16_t *costs;     /* of the first cell at the first step */
+    const uint16_t *addend[2]; /* other paths' sums; NULL: none, the first before the second */
+    uint16_t *sums;            /* may be the first addend itself */
+    ptrdiff_t cell_stride;     /* lanes from one cell to the next: costs, addends and sums */
+    ptrdiff_t step;            /* lanes from one step to the next: costs and the second addend */
+    ptrdiff_t sums_step;       /* the same for sums and the first addend */
+    uint16_t *state[2];        /* n_cells * n_lanes of path costs, each with a NO_LEVEL lane before
+                                * the first and a spare one behind; contents do not matter */
+    int32_t n_cells;           /* 1..SHEF_MATCH_PATH_CELLS */
+    int32_t n_steps;
     int32_t n_lanes;
     uint16_t p1;
     uint16_t p2;
 };
+#define SHEF_MATCH_PATH_CELLS 16
 typedef void shef_match_path_fn(const struct shef_match_path *path);
 
 /* The winner of each cell and what its neighbourhood in the volume looks like. */

@@ -1,6 +1,8 @@
 /* The readable definition of the robust matcher's kernels. */
 #include "pipeline/kernels/match.h"
 
+#include <string.h>
+
 #include "core/cpu.h"
 
 static int32_t min_of(int32_t a, int32_t b)
@@ -92,29 +94,40 @@ static void costs_c(uint16_t *costs, const struct shef_match_row *row)
     }
 }
 
+/* One step of one cell; returns the smallest path cost. */
+static uint16_t path_step(const struct shef_match_path *path, ptrdiff_t at, ptrdiff_t sums_at,
+                          const uint16_t *prev, int32_t lowest, uint16_t *out)
+{
+    int32_t out_min = UINT16_MAX;
+
+    for (int32_t k = 0; k < path->n_lanes; k++) {
+        /* Lane -1 is the lane before, and the one after the last belongs to the next cell: both
+         * are lanes without a level. */
+        const int32_t side = min_of(prev[k - 1], prev[k + 1]) + path->p1;
+        const int32_t jump = lowest + path->p2;
+        const int32_t value = path->costs[at + k] + min_of(prev[k], min_of(side, jump)) - lowest;
+        const int32_t first = path->addend[0] ? path->addend[0][sums_at + k] : 0;
+        const int32_t second = path->addend[1] ? path->addend[1][at + k] : 0;
+
+        out[k] = (uint16_t)value;
+        path->sums[sums_at + k] = (uint16_t)(value + first + second);
+        out_min = min_of(out_min, value);
+    }
+    return (uint16_t)out_min;
+}
+
 static void path_c(const struct shef_match_path *path)
 {
-    for (int32_t i = 0; i < path->n_cells; i++) {
-        const uint16_t *cost = path->costs + i * path->costs_stride;
-        const uint16_t *prev = path->prev + (ptrdiff_t)i * path->n_lanes;
-        uint16_t *out = path->out + (ptrdiff_t)i * path->n_lanes;
-        uint16_t *sum = path->sums + i * path->sums_stride;
-        const int32_t lowest = path->prev_min[i];
-        int32_t out_min = UINT16_MAX;
+    uint16_t lowest[SHEF_MATCH_PATH_CELLS] = { 0 };
+    const size_t n_state = (size_t)path->n_cells * (size_t)path->n_lanes;
 
-        for (int32_t k = 0; k < path->n_lanes; k++) {
-            /* Lane -1 is the lane before, and the one after the last belongs to the next cell:
-             * both are NO_LEVEL lanes. */
-            const int32_t step = min_of(prev[k - 1], prev[k + 1]) + path->p1;
-            const int32_t jump = lowest + path->p2;
-            const int32_t value = cost[k] + min_of(prev[k], min_of(step, jump)) - lowest;
-
-            out[k] = (uint16_t)value;
-            sum[k] = (uint16_t)(value + (path->is_first ? 0 : sum[k]));
-            out_min = min_of(out_min, value);
-        }
-        path->out_min[i] = (uint16_t)out_min;
-    }
+    memset(path->state[0], 0, n_state * sizeof(uint16_t));
+    for (int32_t step = 0; step < path->n_steps; step++)
+        for (int32_t i = 0; i < path->n_cells; i++)
+            lowest[i] = path_step(path, i * path->cell_stride + step * path->step,
+                                  i * path->cell_stride + step * path->sums_step,
+                                  path->state[step % 2] + (ptrdiff_t)i * path->n_lanes, lowest[i],
+                                  path->state[(step + 1) % 2] + (ptrdiff_t)i * path->n_lanes);
 }
 
 static void winner_c(struct shef_match_best *out_best, const uint16_t *sums, int32_t n_cells,

@@ -5,6 +5,8 @@
  * larger); where VEC_LANES divides SHEF_MATCH_LANE_MULTIPLE they can ignore it. The meaning of
  * every line is in match_c.c; the checks hold both to the same bits. */
 
+#include <string.h>
+
 #include "pipeline/kernels/match.h"
 
 static inline vec rows_product(const struct shef_match_rows *rows, int32_t cell, ptrdiff_t right_at,
@@ -99,48 +101,71 @@ static void costs_vec(uint16_t *costs, const struct shef_match_row *row)
 
 /* The path is taken by value: vector stores may alias anything but a local. */
 static inline __attribute__((always_inline)) void path_cells(const struct shef_match_path path,
-                                                             int32_t n_lanes, int is_first)
+                                                             int32_t n_lanes, int n_addends)
 {
     const vec p1 = vec_set1((int16_t)path.p1);
     const vec p2 = vec_set1((int16_t)path.p2);
-    const uint16_t *cost = path.costs;
-    const uint16_t *prev = path.prev;
-    uint16_t *out = path.out;
-    uint16_t *sum = path.sums;
+    uint16_t lowest[SHEF_MATCH_PATH_CELLS] = { 0 };
 
-    for (int32_t i = 0; i < path.n_cells; i++) {
-        const vec lowest = vec_set1((int16_t)path.prev_min[i]);
-        const vec jump = vec_add(lowest, p2);
-        vec smallest = vec_set1(-1);
+    memset(path.state[0], 0, (size_t)path.n_cells * (size_t)n_lanes * sizeof(uint16_t));
+    for (int32_t step = 0; step < path.n_steps; step++) {
+        const uint16_t *cost = path.costs + step * path.step;
+        const uint16_t *add0 = path.addend[0] + step * path.sums_step;
+        const uint16_t *add1 = path.addend[1] + step * path.step;
+        const uint16_t *prev = path.state[step % 2];
+        uint16_t *out = path.state[(step + 1) % 2];
+        uint16_t *sum = path.sums + step * path.sums_step;
 
-        for (int32_t k = 0; k < n_lanes; k += VEC_LANES) {
-            const int32_t n = n_lanes - k;
-            const vec sides = vec_min(vec_load(prev + k - 1, n), vec_load(prev + k + 1, n));
-            const vec move = vec_min(vec_add(sides, p1), jump);
-            const vec value = vec_add(vec_load(cost + k, n),
-                                      vec_sub(vec_min(vec_load(prev + k, n), move), lowest));
+        for (int32_t i = 0; i < path.n_cells; i++) {
+            const vec low = vec_set1((int16_t)lowest[i]);
+            const vec jump = vec_add(low, p2);
+            vec smallest = vec_set1(-1);
 
-            vec_store(out + k, value, n);
-            vec_store(sum + k, is_first ? value : vec_add(vec_load(sum + k, n), value), n);
-            smallest = vec_min_of_first(smallest, value, n);
+            for (int32_t k = 0; k < n_lanes; k += VEC_LANES) {
+                const int32_t n = n_lanes - k;
+                const vec sides = vec_min(vec_load(prev + k - 1, n), vec_load(prev + k + 1, n));
+                const vec move = vec_min(vec_add(sides, p1), jump);
+                const vec value = vec_add(vec_load(cost + k, n),
+                                          vec_sub(vec_min(vec_load(prev + k, n), move), low));
+                vec total = value;
+
+                smallest = vec_min_of_first(smallest, value, n);
+                if (n_addends > 0)
+                    total = vec_add(total, vec_load(add0 + k, n));
+                if (n_addends > 1)
+                    total = vec_add(total, vec_load(add1 + k, n));
+                vec_store(out + k, value, n);
+                vec_store(sum + k, total, n);
+            }
+            lowest[i] = vec_smallest(smallest);
+            prev += n_lanes;
+            out += n_lanes;
+            cost += path.cell_stride;
+            add0 += path.cell_stride;
+            add1 += path.cell_stride;
+            sum += path.cell_stride;
         }
-        path.out_min[i] = vec_smallest(smallest);
-        cost += path.costs_stride;
-        sum += path.sums_stride;
-        prev += n_lanes;
-        out += n_lanes;
     }
+}
+
+static inline __attribute__((always_inline)) void path_lanes(const struct shef_match_path *path,
+                                                             int32_t n_lanes)
+{
+    if (path->addend[1])
+        path_cells(*path, n_lanes, 2);
+    else if (path->addend[0])
+        path_cells(*path, n_lanes, 1);
+    else
+        path_cells(*path, n_lanes, 0);
 }
 
 static void path_vec(const struct shef_match_path *path)
 {
     /* 80 px in steps of 2 is what runs live: a constant number of lanes unrolls. */
-    if (path->n_lanes == 48 && path->is_first)
-        path_cells(*path, 48, 1);
-    else if (path->n_lanes == 48)
-        path_cells(*path, 48, 0);
+    if (path->n_lanes == 48)
+        path_lanes(path, 48);
     else
-        path_cells(*path, path->n_lanes, path->is_first);
+        path_lanes(path, path->n_lanes);
 }
 
 static inline __attribute__((always_inline)) void winner_cells(struct shef_match_best *out_best,
