@@ -78,11 +78,15 @@ struct shef_robust *matcher_create(const struct shef_robust_params *params,
 /* Matches one pair into a result of its own. */
 struct result match(struct shef_robust *matcher, const struct edges *edges, int64_t number);
 
+/* value <= limit; a failure prints both and what they are. */
+void expect_at_most(double limit, double value, const char *what);
+
 /* All four images are the same, bit for bit. */
 void expect_same_result(const struct result *expected, const struct result *actual);
 
 /* Errors of the dense disparity against the truth, away from the borders: from column
- * near_px + border_px to border_px before the last one, border_px from top and bottom. */
+ * near_px + border_px to border_px before the last one, border_px from top and bottom, and
+ * step_px from the step of a stepped surface. */
 struct scene_error {
     double mean_px;    /* of the absolute error */
     double largest_px; /* of the absolute error */
@@ -90,6 +94,6 @@ struct scene_error {
 };
 
 struct scene_error error_of(const struct scene *scene, const struct result *result,
-                            int32_t border_px);
+                            int32_t border_px, int32_t step_px);
 
 #endif

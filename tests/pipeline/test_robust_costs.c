@@ -13,6 +13,8 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include "core/cpu.h"
 #include "core/memory.h"
@@ -234,6 +236,44 @@ static void test_every_cell_and_level_of_a_small_pair_follows_the_definition(voi
     }
 }
 
+/* A copy of the volume, lanes without a level included. */
+static uint16_t *copy_of_costs(size_t *out_n_costs)
+{
+    const struct robust_shape *shape = &matcher->shape;
+    const size_t n = (size_t)(shape->grid_width * shape->grid_height * shape->n_lanes);
+    uint16_t *copy = malloc(n * sizeof *copy);
+
+    TEST_ASSERT_NOT_NULL(copy);
+    *out_n_costs = n;
+    return memcpy(copy, matcher->costs, n * sizeof *copy);
+}
+
+static void test_two_pairs_cost_the_mean_of_both(void)
+{
+    struct shef_test_random random = shef_test_random_start();
+
+    for (int i = 0; i < 6; i++) {
+        const struct shef_robust_params params = random_params(&random);
+        uint16_t *costs[2];
+        size_t n_costs;
+
+        create_case(&random, &params, 0.3);
+        for (int j = 0; j < 2; j++) {
+            struct edges swap = edges[0];
+
+            match_pairs(1);
+            costs[j] = copy_of_costs(&n_costs);
+            edges[0] = edges[1];
+            edges[1] = swap;
+        }
+        match_pairs(2);
+        for (size_t j = 0; j < n_costs; j++)
+            TEST_ASSERT_EQUAL_UINT16((costs[0][j] + costs[1][j] + 1) / 2, matcher->costs[j]);
+        free(costs[0]);
+        free(costs[1]);
+    }
+}
+
 /* Fills every pixel with the kind's largest or smallest value. */
 static void fill(struct shef_edge_map *map, int sign)
 {
@@ -299,6 +339,7 @@ int main(void)
     RUN_TEST(test_costs_follow_the_definition);
     RUN_TEST(test_odd_and_large_sizes_and_ranges_follow_the_definition);
     RUN_TEST(test_every_cell_and_level_of_a_small_pair_follows_the_definition);
+    RUN_TEST(test_two_pairs_cost_the_mean_of_both);
     RUN_TEST(test_full_maps_and_the_largest_window_do_not_overflow);
     RUN_TEST(test_the_strongest_correlations_do_not_overflow);
     return UNITY_END();
