@@ -8,7 +8,8 @@
 #include "core/workers.h"
 #include "robust_cases.h"
 
-#define N_PAIRS 3
+#define N_PAIRS         3
+#define LARGEST_PENALTY 4000 /* of p1 and p2 */
 
 static const enum shef_edge_kind kinds[] = { SHEF_EDGE_UNSIGNED, SHEF_EDGE_TERNARY,
                                              SHEF_EDGE_GRADED };
@@ -119,6 +120,30 @@ static void test_workers_and_instruction_sets_never_show(void)
         results_destroy(expected);
         sequence_destroy(&sequence);
     }
+}
+
+/* The largest numbers that the costs can reach: opposed windows, the dearest jumps and priors. */
+static void test_the_largest_penalties_do_not_overflow(void)
+{
+    struct sequence sequence = sequence_create(SHEF_EDGE_TERNARY, 131, 86);
+    uint32_t isas[4];
+    const int n_isas = shef_test_isas(isas);
+    struct result expected[N_PAIRS];
+
+    sequence.params.p1 = LARGEST_PENALTY;
+    sequence.params.p2 = LARGEST_PENALTY;
+    sequence.params.prior_cost_per_px = 64.0;
+    sequence.params.prior_cap_px = 31.0;
+    match_sequence(&sequence, isas[0], NULL, expected);
+    for (int isa = 1; isa < n_isas; isa++) {
+        struct result actual[N_PAIRS];
+
+        match_sequence(&sequence, isas[isa], NULL, actual);
+        expect_same_sequence(expected, actual);
+        results_destroy(actual);
+    }
+    results_destroy(expected);
+    sequence_destroy(&sequence);
 }
 
 /* More workers than there are rows of cells to share. */
@@ -312,6 +337,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_workers_and_instruction_sets_never_show);
+    RUN_TEST(test_the_largest_penalties_do_not_overflow);
     RUN_TEST(test_more_workers_than_rows_are_no_harm);
     RUN_TEST(test_upside_down_maps_give_the_result_upside_down);
     RUN_TEST(test_in_a_mirror_the_views_change_places_and_the_surface_stays);
