@@ -110,8 +110,9 @@ static inline __attribute__((always_inline)) void path_cells(const struct shef_m
     memset(path.state[0], 0, (size_t)path.n_cells * (size_t)n_lanes * sizeof(uint16_t));
     for (int32_t step = 0; step < path.n_steps; step++) {
         const uint16_t *cost = path.costs + step * path.step;
-        const uint16_t *add0 = path.addend[0] + step * path.sums_step;
-        const uint16_t *add1 = path.addend[1] + step * path.step;
+        /* Without an addend the pointer only walks along. */
+        const uint16_t *add0 = n_addends > 0 ? path.addend[0] + step * path.sums_step : cost;
+        const uint16_t *add1 = n_addends > 1 ? path.addend[1] + step * path.step : cost;
         const uint16_t *prev = path.state[step % 2];
         uint16_t *out = path.state[(step + 1) % 2];
         uint16_t *sum = path.sums + step * path.sums_step;
