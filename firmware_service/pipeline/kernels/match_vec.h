@@ -152,19 +152,12 @@ static inline __attribute__((always_inline)) void path_cells(const struct shef_m
 static inline __attribute__((always_inline)) void path_lanes(const struct shef_match_path *path,
                                                              int32_t n_lanes)
 {
-    struct shef_match_path whole = *path;
-
-    /* The pointers move along also where nothing is added: NULL must not. */
-    if (!path->addend[0])
-        whole.addend[0] = path->sums;
-    if (!path->addend[1])
-        whole.addend[1] = path->costs;
     if (path->addend[1])
-        path_cells(whole, n_lanes, 2);
+        path_cells(*path, n_lanes, 2);
     else if (path->addend[0])
-        path_cells(whole, n_lanes, 1);
+        path_cells(*path, n_lanes, 1);
     else
-        path_cells(whole, n_lanes, 0);
+        path_cells(*path, n_lanes, 0);
 }
 
 static void path_vec(const struct shef_match_path *path)
