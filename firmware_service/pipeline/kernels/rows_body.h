@@ -5,8 +5,10 @@
 #include "core/cpu.h"
 #include "pipeline/kernels/rows.h"
 
-static void slide_values(const uint8_t *const entering[2], const uint8_t *const leaving[2],
-                         int32_t n_pairs, int32_t offset, int16_t *restrict sum)
+static inline __attribute__((always_inline)) void slide(const uint8_t *const entering[2],
+                                                        const uint8_t *const leaving[2],
+                                                        int32_t n_pairs, int32_t offset,
+                                                        int16_t *restrict sum, int is_square)
 {
     for (int row = 0; row < 2; row++) {
         const uint8_t *restrict in = entering[row];
@@ -18,27 +20,22 @@ static void slide_values(const uint8_t *const entering[2], const uint8_t *const 
             const int16_t c = (int8_t)(out[2 * i] - offset);
             const int16_t d = (int8_t)(out[2 * i + 1] - offset);
 
-            sum[i] = (int16_t)(sum[i] + a + b - c - d);
+            sum[i] =
+                (int16_t)(sum[i] + (is_square ? a * a + b * b - c * c - d * d : a + b - c - d));
         }
     }
 }
 
-static void slide_squares(const uint8_t *const entering[2], const uint8_t *const leaving[2],
-                          int32_t n_pairs, int32_t offset, int16_t *restrict sum)
+static void slide_values(const uint8_t *const entering[2], const uint8_t *const leaving[2],
+                         int32_t n_pairs, int32_t offset, int16_t *sum)
 {
-    for (int row = 0; row < 2; row++) {
-        const uint8_t *restrict in = entering[row];
-        const uint8_t *restrict out = leaving[row];
+    slide(entering, leaving, n_pairs, offset, sum, 0);
+}
 
-        for (int32_t i = 0; i < n_pairs; i++) {
-            const int16_t a = (int8_t)(in[2 * i] - offset);
-            const int16_t b = (int8_t)(in[2 * i + 1] - offset);
-            const int16_t c = (int8_t)(out[2 * i] - offset);
-            const int16_t d = (int8_t)(out[2 * i + 1] - offset);
-
-            sum[i] = (int16_t)(sum[i] + a * a + b * b - c * c - d * d);
-        }
-    }
+static void slide_squares(const uint8_t *const entering[2], const uint8_t *const leaving[2],
+                          int32_t n_pairs, int32_t offset, int16_t *sum)
+{
+    slide(entering, leaving, n_pairs, offset, sum, 1);
 }
 
 static void gains(const int32_t *restrict sum, const int32_t *restrict square, int32_t n,
