@@ -1,0 +1,248 @@
+/* The robust matcher's row loops, which compilers vectorise, in every instruction set: the same
+ * bits, floating point included. */
+#include "pipeline/kernels/rows.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "bin_corr_cases.h"
+#include "core/cpu.h"
+
+#define N_CASES     200
+#define MOST_VALUES 400
+#define MAX_BUFFERS 24
+
+static struct shef_test_random draws;
+static void *buffers[MAX_BUFFERS];
+static int n_buffers;
+
+void tearDown(void)
+{
+    while (n_buffers > 0)
+        free(buffers[--n_buffers]);
+}
+
+/* Memory of exactly this size, so that the address sanitizer sees what runs beyond. */
+static void *take(size_t n_bytes)
+{
+    void *memory = malloc(n_bytes);
+
+    TEST_ASSERT_NOT_NULL(memory);
+    TEST_ASSERT_LESS_THAN_INT(MAX_BUFFERS, n_buffers);
+    buffers[n_buffers++] = memory;
+    return memory;
+}
+
+static void *take_copy(const void *from, size_t n_bytes)
+{
+    return memcpy(take(n_bytes), from, n_bytes);
+}
+
+static int32_t pick(int32_t first, int32_t last)
+{
+    return shef_test_random_range(&draws, first, last);
+}
+
+static float *take_floats(int32_t n, double low, double high)
+{
+    float *values = take((size_t)n * sizeof *values);
+
+    for (int32_t i = 0; i < n; i++)
+        values[i] = (float)(low + (high - low) * shef_test_random_unit(&draws));
+    return values;
+}
+
+typedef void check_fn(const struct shef_row_kernels *reference,
+                      const struct shef_row_kernels *tested);
+
+static void for_each_isa(check_fn *check)
+{
+    uint32_t isas[4];
+    const int n_isas = shef_test_isas(isas);
+
+    if (n_isas == 1)
+        TEST_IGNORE_MESSAGE("this processor has none of the instruction sets: C is all it runs");
+    draws = shef_test_random_start();
+    for (int isa = 1; isa < n_isas; isa++)
+        for (int i = 0; i < N_CASES; i++) {
+            check(shef_rows_pick(SHEF_CPU_NONE), shef_rows_pick(isas[isa]));
+            tearDown();
+        }
+}
+
+static void test_pick_gives_the_best_set_that_the_features_allow(void)
+{
+    TEST_ASSERT_EQUAL_PTR(&shef_row_kernels_c, shef_rows_pick(SHEF_CPU_NONE));
+#if defined(__x86_64__)
+    TEST_ASSERT_EQUAL_PTR(&shef_row_kernels_avx2, shef_rows_pick(SHEF_CPU_AVX2));
+    TEST_ASSERT_EQUAL_PTR(&shef_row_kernels_avx512,
+                          shef_rows_pick(SHEF_CPU_AVX2 | SHEF_CPU_AVX512));
+#endif
+}
+
+/* Bytes of values -15..15, as left (offset) or right (plain) pairs. */
+static const uint8_t *take_row(int32_t n_pairs, int32_t offset, int32_t largest)
+{
+    uint8_t *row = take((size_t)n_pairs * 2);
+
+    for (int32_t i = 0; i < 2 * n_pairs; i++)
+        row[i] = (uint8_t)(offset + pick(-largest, largest));
+    return row;
+}
+
+static void check_slides(const struct shef_row_kernels *reference,
+                         const struct shef_row_kernels *tested)
+{
+    const int32_t n = pick(1, MOST_VALUES);
+    const int32_t largest = pick(0, 15);
+    const int32_t offset = pick(0, 1) * largest;
+    const uint8_t *const in[2] = { take_row(n, offset, largest), take_row(n, offset, largest) };
+    const uint8_t *const out[2] = { take_row(n, offset, largest), take_row(n, offset, largest) };
+    int16_t *expected = take((size_t)n * sizeof *expected);
+
+    for (int32_t i = 0; i < n; i++)
+        expected[i] = (int16_t)pick(-20000, 20000);
+
+    int16_t *actual = take_copy(expected, (size_t)n * sizeof *expected);
+
+    reference->slide_values(in, out, n, offset, expected);
+    tested->slide_values(in, out, n, offset, actual);
+    TEST_ASSERT_EQUAL_INT16_ARRAY(expected, actual, n);
+    reference->slide_squares(in, out, n, offset, expected);
+    tested->slide_squares(in, out, n, offset, actual);
+    TEST_ASSERT_EQUAL_INT16_ARRAY(expected, actual, n);
+}
+
+static void test_sliding_sums_are_the_same(void)
+{
+    for_each_isa(check_slides);
+}
+
+static void check_gains(const struct shef_row_kernels *reference,
+                        const struct shef_row_kernels *tested)
+{
+    const int32_t n = pick(1, MOST_VALUES);
+    const int32_t window_px = 4 * pick(1, 961);
+    const float floor2 = (float)(window_px * (0.005 + 0.495 * shef_test_random_unit(&draws)));
+    int32_t *sum = take((size_t)n * sizeof *sum);
+    int32_t *square = take((size_t)n * sizeof *square);
+    int16_t *expected = take((size_t)n * sizeof *expected);
+    int16_t *actual = take((size_t)n * sizeof *actual);
+
+    for (int32_t i = 0; i < n; i++) {
+        /* Also what no window has: a variance below zero counts as none. */
+        square[i] = pick(0, window_px);
+        sum[i] = pick(-square[i], square[i]);
+    }
+    reference->gains(sum, square, n, 1.0f / (float)window_px, floor2, expected);
+    tested->gains(sum, square, n, 1.0f / (float)window_px, floor2, actual);
+    TEST_ASSERT_EQUAL_INT16_ARRAY(expected, actual, n);
+}
+
+static void test_gains_are_the_same(void)
+{
+    for_each_isa(check_gains);
+}
+
+/* A row of cells from -1 to n. */
+static struct shef_cell_row take_cells(int32_t n)
+{
+    return (struct shef_cell_row){
+        .disparity = take_floats(n + 2, 32.0, 40.0 * 32.0) + 1,
+        .weight = take_floats(n + 2, 1.0, 40000.0) + 1,
+        .confidence = take_floats(n + 2, 0.0, 1.0) + 1,
+    };
+}
+
+static void check_side(const struct shef_row_kernels *reference,
+                       const struct shef_row_kernels *tested)
+{
+    const int32_t n = pick(1, MOST_VALUES);
+    const size_t n_bytes = (size_t)n * sizeof(float);
+    const int32_t side = pick(0, 1) ? 1 : -1;
+    const struct shef_cell_row near_row = take_cells(n);
+    const struct shef_cell_row far_row = take_cells(n);
+    /* Wide enough that some cells stay in and some out. */
+    const float same_surface = 300.0f;
+    float *disparity[2] = { take(n_bytes), take(n_bytes) };
+    float *confidence[2] = { take(n_bytes), take(n_bytes) };
+
+    reference->side(&near_row, &far_row, side, n, same_surface, disparity[0], confidence[0]);
+    tested->side(&near_row, &far_row, side, n, same_surface, disparity[1], confidence[1]);
+    TEST_ASSERT_EQUAL_MEMORY(disparity[0], disparity[1], n_bytes);
+    TEST_ASSERT_EQUAL_MEMORY(confidence[0], confidence[1], n_bytes);
+}
+
+static void test_pixels_between_cells_are_the_same(void)
+{
+    for_each_isa(check_side);
+}
+
+static void check_read_out(const struct shef_row_kernels *reference,
+                           const struct shef_row_kernels *tested)
+{
+    const int32_t n = pick(1, MOST_VALUES);
+    const size_t n_bytes = (size_t)n * sizeof(float);
+    const float *even = take_floats(n, 0.0, 80.0);
+    const float *odd = take_floats(n, 0.0, 80.0);
+    const float *bias = take_floats(n, -10.0, 50.0);
+    float *pixels[2] = { take(2 * n_bytes), take(2 * n_bytes) };
+    float *disparity[2] = { take_copy(even, n_bytes), take_copy(even, n_bytes) };
+    float *confidence[2] = { take_copy(odd, n_bytes), take_copy(odd, n_bytes) };
+    int8_t *left = take((size_t)n);
+
+    for (int32_t i = 0; i < n; i++)
+        left[i] = (int8_t)(pick(0, 1) * pick(-15, 15));
+    reference->interleave(even, odd, n, pixels[0]);
+    tested->interleave(even, odd, n, pixels[1]);
+    TEST_ASSERT_EQUAL_MEMORY(pixels[0], pixels[1], 2 * n_bytes);
+    reference->take_off_bias(bias, n, disparity[0], confidence[0]);
+    tested->take_off_bias(bias, n, disparity[1], confidence[1]);
+    TEST_ASSERT_EQUAL_MEMORY(disparity[0], disparity[1], n_bytes);
+    TEST_ASSERT_EQUAL_MEMORY(confidence[0], confidence[1], n_bytes);
+    reference->keep_edges(left, even, n, pixels[0]);
+    tested->keep_edges(left, even, n, pixels[1]);
+    TEST_ASSERT_EQUAL_MEMORY(pixels[0], pixels[1], n_bytes);
+}
+
+static void test_the_read_out_is_the_same(void)
+{
+    for_each_isa(check_read_out);
+}
+
+/* By hand: an edge pixel a quarter of a cell left of its cell's centre. */
+static void test_a_pixel_is_the_mean_of_the_cells_on_its_surface(void)
+{
+    /* Cells -1, 0 and 1; the last lies on another surface, 10 px nearer, and is the side's only
+     * for right-hand pixels. */
+    float near_disparity[] = { 320.0f, 352.0f, 672.0f };
+    float far_disparity[] = { 320.0f, 352.0f, 672.0f };
+    float weight[] = { 3.0f, 1.0f, 1.0f };
+    float confidence[] = { 0.25f, 0.5f, 0.75f };
+    const struct shef_cell_row near_row = { near_disparity + 1, weight + 1, confidence + 1 };
+    const struct shef_cell_row far_row = { far_disparity + 1, weight + 1, confidence + 1 };
+    float disparity;
+    float p;
+
+    /* Left: weights 9, 9, 3, 3 on 11, 10, 11 and 10 px. */
+    shef_row_kernels_c.side(&near_row, &far_row, -1, 1, 128.0f, &disparity, &p);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 10.5f, disparity);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, p); /* of the first of the heaviest */
+    /* Right: the neighbours are 10 px away and stay out. */
+    shef_row_kernels_c.side(&near_row, &far_row, 1, 1, 128.0f, &disparity, &p);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 11.0f, disparity);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, p);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_pick_gives_the_best_set_that_the_features_allow);
+    RUN_TEST(test_sliding_sums_are_the_same);
+    RUN_TEST(test_gains_are_the_same);
+    RUN_TEST(test_pixels_between_cells_are_the_same);
+    RUN_TEST(test_the_read_out_is_the_same);
+    RUN_TEST(test_a_pixel_is_the_mean_of_the_cells_on_its_surface);
+    return UNITY_END();
+}
