@@ -14,12 +14,13 @@ extern "C" {
 #define SHEF_FIELD_KIND_ALIGN "vertical_residual" /* align.h */
 #define SHEF_FIELD_KIND_BIAS  "disparity_bias"    /* bias.h */
 
-/* Writes the file whole or not at all. */
+/* Writes the file whole or not at all.
+ * SHEF_ERR_INVALID: a coefficient is not finite or beyond 16384 px, the largest image's side. */
 SHEF_MUST_CHECK enum shef_err shef_field_file_write(const char *path, const char *kind,
                                                     const struct shef_smooth_field *field,
                                                     struct shef_error *err);
 
-/* SHEF_ERR_FORMAT: no JSON, another kind, missing or non-finite numbers; the sentence says which.
+/* SHEF_ERR_FORMAT: no JSON, another kind, numbers missing or out of range; the sentence says which.
  * SHEF_ERR_NOT_FOUND, SHEF_ERR_IO, ...: as shef_file_read(). */
 SHEF_MUST_CHECK enum shef_err shef_field_file_read(const char *path, const char *kind,
                                                    struct shef_smooth_field *out_field,

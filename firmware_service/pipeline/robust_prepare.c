@@ -30,6 +30,18 @@ static void fill_bytes(const struct shef_robust *matcher, const struct shef_edge
     }
 }
 
+/* The row that a vertical residual moves to row y; -1: none, the residual is higher than the image.
+ */
+static int32_t source_row(int32_t y, float residual_px, int32_t height_px)
+{
+    if (!(fabsf(residual_px) < (float)height_px))
+        return -1;
+
+    const int32_t source = y - (int32_t)lrintf(residual_px);
+
+    return source < height_px ? source : -1;
+}
+
 /* The right row that lies at row y after the vertical residual is taken out, nearest row. The
  * residual is smooth, so 8 px share one source row. */
 static void align_row(const struct shef_robust *matcher, const struct robust_view *view, int32_t y,
@@ -46,11 +58,11 @@ static void align_row(const struct shef_robust *matcher, const struct robust_vie
     }
     shef_field_row(&matcher->alignment, y, (RUN_PX - 1) / 2.0, RUN_PX, n_runs, residual);
     for (int32_t run = 0; run < n_runs; run++) {
-        const int32_t source = y - (int32_t)lrintf(residual[run]);
+        const int32_t source = source_row(y, residual[run], view->right.height_px);
         const int32_t x = run * RUN_PX;
         const size_t n = (size_t)(width - x < RUN_PX ? width - x : RUN_PX);
 
-        if (source < 0 || source >= view->right.height_px)
+        if (source < 0)
             memset(out_row + x, 0, n);
         else
             memcpy(out_row + x, shef_row_i8(view->right, source) + x, n);

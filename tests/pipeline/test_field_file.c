@@ -10,7 +10,7 @@
 
 /* Numbers that need all their digits. */
 static const struct shef_smooth_field field = {
-    .c = { 1.0 / 3.0, -3.0811111111111111, 1e-17, 5.7e300, -0.0, 0.1 },
+    .c = { 1.0 / 3.0, -3.0811111111111111, 1e-17, 5.7e-300, -0.0, 0.1 },
     .width_px = 640,
     .height_px = 480,
 };
@@ -114,6 +114,9 @@ static void test_damaged_files_get_a_sentence_that_says_what_is_wrong(void)
         { "{\"kind\": \"vertical_residual\", \"width_px\": 64, \"height_px\": 48, "
           "\"coefficients_px\": [1, 2, 1e999, 4, 5, 6]}",
           "no JSON" },
+        { "{\"kind\": \"vertical_residual\", \"width_px\": 64, \"height_px\": 48, "
+          "\"coefficients_px\": [1, 2, 3, 4, -16385, 6]}",
+          "coefficients_px[4] is -16385, it must lie within 16384 px" },
         { "{\"kind\": \"vertical_residual\", \"width_px\": 64} trailing", "no JSON" },
     };
 
@@ -151,9 +154,9 @@ static void test_a_missing_file_and_a_folder_are_told_apart(void)
     expect_refused(SHEF_ERR_INVALID, "");
 }
 
-static void test_a_field_that_is_not_finite_is_not_written(void)
+static void test_a_field_that_cannot_be_meant_is_not_written(void)
 {
-    static const double bad[] = { NAN, INFINITY, -INFINITY };
+    static const double bad[] = { NAN, INFINITY, -INFINITY, 16385.0, -1e300 };
 
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         struct shef_error err = { 0 };
@@ -162,7 +165,7 @@ static void test_a_field_that_is_not_finite_is_not_written(void)
         broken.c[i] = bad[i];
         TEST_ASSERT_EQUAL(SHEF_ERR_INVALID,
                           shef_field_file_write(path, SHEF_FIELD_KIND_ALIGN, &broken, &err));
-        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(err.text, "not finite"), err.text);
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(err.text, "within 16384 px"), err.text);
         TEST_ASSERT_EQUAL_INT(0, shef_test_temp_count());
     }
 }
@@ -187,7 +190,7 @@ int main(void)
     RUN_TEST(test_damaged_files_get_a_sentence_that_says_what_is_wrong);
     RUN_TEST(test_every_shortened_file_is_refused);
     RUN_TEST(test_a_missing_file_and_a_folder_are_told_apart);
-    RUN_TEST(test_a_field_that_is_not_finite_is_not_written);
+    RUN_TEST(test_a_field_that_cannot_be_meant_is_not_written);
     RUN_TEST(test_a_failed_write_leaves_nothing_behind);
     return UNITY_END();
 }
