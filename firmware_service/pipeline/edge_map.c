@@ -4,14 +4,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MAX_SIDE_PX 16384
+#include "core/memory.h"
 
 enum shef_err shef_edge_map_create(struct shef_edge_map *out_map, enum shef_edge_kind kind,
                                    int32_t width_px, int32_t height_px, struct shef_error *err)
 {
-    if (width_px < 1 || height_px < 1 || width_px > MAX_SIDE_PX || height_px > MAX_SIDE_PX)
+    if (width_px < 1 || height_px < 1 || width_px > SHEF_IMAGE_MAX_SIDE_PX ||
+        height_px > SHEF_IMAGE_MAX_SIDE_PX)
         return shef_fail(err, SHEF_ERR_INVALID, "edge map of %d x %d px: sides must be 1 to %d",
-                         width_px, height_px, MAX_SIDE_PX);
+                         width_px, height_px, SHEF_IMAGE_MAX_SIDE_PX);
 
     struct shef_edge_map map = { .kind = kind, .width_px = width_px, .height_px = height_px };
     const size_t n_rows = (size_t)height_px;
@@ -89,7 +90,7 @@ static void spread_row(const uint64_t *plus, const uint64_t *minus, int32_t widt
         const size_t n = width_px - x < 8 ? (size_t)(width_px - x) : 8;
 
         if (n == 8)
-            memcpy(out_row + x, &bytes, 8);
+            memcpy(out_row + x, &bytes, 8); /* of a constant size: one store */
         else
             memcpy(out_row + x, &bytes, n);
     }
@@ -121,9 +122,7 @@ int64_t shef_edge_map_count(const struct shef_edge_map *map)
         for (int32_t i = 0; i < map->stride_words; i++) {
             const size_t at = (size_t)y * (size_t)map->stride_words + (size_t)i;
 
-            n_edges += __builtin_popcountll(map->plus[at]);
-            if (map->kind == SHEF_EDGE_TERNARY)
-                n_edges += __builtin_popcountll(map->minus[at]);
+            n_edges += __builtin_popcountll(map->plus[at] ^ (map->minus ? map->minus[at] : 0));
         }
     }
     return n_edges;

@@ -7,7 +7,8 @@
  *   ternary   two bit planes, e = -1, 0 or 1     agreeing edges add, opposing edges subtract
  *   graded    one int8 image, e = value / 127    live data
  *
- * Bit planes are uint64 words, least significant bit leftmost, padding bits zero. */
+ * Bit planes are uint64 words, least significant bit leftmost, padding bits zero. A pixel that is
+ * set in both planes of a ternary map has e = 0: no edge. */
 #ifndef SHEF_PIPELINE_EDGE_MAP_H
 #define SHEF_PIPELINE_EDGE_MAP_H
 
@@ -16,6 +17,11 @@
 
 #include "core/error.h"
 #include "core/image.h"
+
+#if __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
+#error                                                                                             \
+    "edge maps are spread to bytes through little-endian words; port edge_map.c and kernels/ first"
+#endif
 
 #ifdef __cplusplus
 extern "C" {
@@ -48,7 +54,7 @@ SHEF_MUST_CHECK enum shef_err shef_edge_map_create(struct shef_edge_map *out_map
 void shef_edge_map_destroy(struct shef_edge_map *map);
 
 /* Fills an unsigned map of the same size from an image of two values, 0 and 255.
- * SHEF_ERR_FORMAT: a pixel has another value; the sentence says where. */
+ * SHEF_ERR_FORMAT: a pixel has another value; the sentence says where, and the map is undefined. */
 SHEF_MUST_CHECK enum shef_err shef_edge_map_set_binary(struct shef_edge_map *map,
                                                        struct shef_image_u8 image,
                                                        struct shef_error *err);

@@ -79,7 +79,7 @@ static inline uint64_t shef_bin_corr_read_out_word(const struct shef_bin_corr_jo
 
     if (job->everywhere)
         return n_left >= 64 ? UINT64_MAX : (UINT64_C(1) << n_left) - 1;
-    return job->plus[at] | (job->minus ? job->minus[at] : 0);
+    return job->plus[at] ^ (job->minus ? job->minus[at] : 0);
 }
 
 /* Puts a group's best sum at a pixel into the output, or keeps an earlier group's. Groups come in
