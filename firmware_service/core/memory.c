@@ -10,8 +10,7 @@ void *shef_memory_create(size_t n_items, size_t item_bytes)
     if (__builtin_mul_overflow(n_items, item_bytes, &n_bytes) ||
         n_bytes > SIZE_MAX - SHEF_MEMORY_ALIGN_BYTES)
         return NULL;
-    n_bytes =
-        (n_bytes + SHEF_MEMORY_ALIGN_BYTES - 1) / SHEF_MEMORY_ALIGN_BYTES * SHEF_MEMORY_ALIGN_BYTES;
+    n_bytes = shef_memory_round_up(n_bytes);
     if (n_bytes == 0)
         n_bytes = SHEF_MEMORY_ALIGN_BYTES;
 
@@ -33,8 +32,7 @@ static void *create_pixels(int32_t width_px, int32_t height_px, size_t pixel_byt
         return NULL;
     }
 
-    const size_t stride_bytes = ((size_t)width_px * pixel_bytes + SHEF_MEMORY_ALIGN_BYTES - 1) /
-                                SHEF_MEMORY_ALIGN_BYTES * SHEF_MEMORY_ALIGN_BYTES;
+    const size_t stride_bytes = shef_memory_round_up((size_t)width_px * pixel_bytes);
     void *pixels = shef_memory_create((size_t)height_px, stride_bytes);
 
     if (!pixels)

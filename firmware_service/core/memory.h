@@ -17,6 +17,13 @@ extern "C" {
 #define SHEF_MEMORY_ALIGN_BYTES 64
 #define SHEF_IMAGE_MAX_SIDE_PX  16384
 
+/* n_bytes rounded up to whole cache lines; n_bytes at most SIZE_MAX - 64. */
+static inline size_t shef_memory_round_up(size_t n_bytes)
+{
+    return (n_bytes + SHEF_MEMORY_ALIGN_BYTES - 1) / SHEF_MEMORY_ALIGN_BYTES *
+           SHEF_MEMORY_ALIGN_BYTES;
+}
+
 /* n_items * item_bytes bytes, 64-byte aligned and zero; the size is rounded up to whole cache
  * lines, so vector loads may run to the end of the last one. Free with free().
  * NULL: out of memory, or the product is more than size_t holds. */

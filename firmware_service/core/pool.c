@@ -37,8 +37,7 @@ struct shef_pool *shef_pool_create(uint32_t n_buffers, uint32_t buffer_bytes,
         return NULL;
     }
 
-    const size_t step_bytes = ((size_t)buffer_bytes + SHEF_MEMORY_ALIGN_BYTES - 1) /
-                              SHEF_MEMORY_ALIGN_BYTES * SHEF_MEMORY_ALIGN_BYTES;
+    const size_t step_bytes = shef_memory_round_up(buffer_bytes);
     struct shef_pool *pool = shef_memory_create(1, sizeof *pool);
     struct shef_buffer *buffers = shef_memory_create(n_buffers, sizeof *buffers);
     uint8_t *data = shef_memory_create(n_buffers, step_bytes);

@@ -96,9 +96,10 @@ enum shef_err shef_outlier_authors_create(struct shef_outlier_authors **out_filt
     filter->memory = shef_memory_create(n_rows * (size_t)filter->stride, sizeof *filter->memory);
     filter->first_row = shef_memory_create((size_t)strips_px, sizeof *filter->first_row);
     filter->carry = shef_memory_create((size_t)height_px, sizeof *filter->carry);
-    filter->bytes = sizeof *filter + (size_t)height_px * sizeof *filter->carry +
-                    (size_t)strips_px * sizeof *filter->first_row +
-                    n_rows * (size_t)filter->stride * sizeof *filter->memory;
+    filter->bytes = sizeof *filter +
+                    shef_memory_round_up((size_t)height_px * sizeof *filter->carry) +
+                    shef_memory_round_up((size_t)strips_px * sizeof *filter->first_row) +
+                    shef_memory_round_up(n_rows * (size_t)filter->stride * sizeof *filter->memory);
     if (!filter->memory || !filter->first_row || !filter->carry) {
         shef_outlier_authors_destroy(filter);
         return shef_fail(err, SHEF_ERR_NO_MEMORY, "outlier filter for %d x %d px: out of memory",

@@ -157,7 +157,7 @@ static enum shef_err create_level(struct shef_paper *paper, int32_t k, uint32_t 
             return shef_fail(err, SHEF_ERR_NO_MEMORY, "pyramid level %d: out of memory", k);
         for (int32_t x = 0; x < finer->width_px; x++)
             finer->coarse_x[x] = shef_paper_source_of(x, level->width_px, finer->width_px);
-        paper->bytes += n * sizeof *finer->coarse_x;
+        paper->bytes += shef_memory_round_up(n * sizeof *finer->coarse_x);
         return create_coarse(paper, level, err);
     }
     return SHEF_OK;

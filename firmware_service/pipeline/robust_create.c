@@ -146,7 +146,7 @@ static void *take(struct allocator *from, size_t n_items, size_t item_bytes)
 {
     void *memory = shef_memory_create(n_items, item_bytes);
 
-    from->total_bytes += n_items * item_bytes;
+    from->total_bytes += shef_memory_round_up(n_items * item_bytes);
     from->failed |= memory == NULL;
     return memory;
 }
@@ -155,7 +155,8 @@ static void *take(struct allocator *from, size_t n_items, size_t item_bytes)
     do {                                                                                           \
         (image)->width_px = (width);                                                               \
         (image)->height_px = (height);                                                             \
-        (image)->stride_bytes = (ptrdiff_t)((width) * sizeof *(image)->data + 63) / 64 * 64;       \
+        (image)->stride_bytes =                                                                    \
+            (ptrdiff_t)shef_memory_round_up((size_t)(width) * sizeof *(image)->data);              \
         (image)->data = take(from, (size_t)(height), (size_t)(image)->stride_bytes);               \
     } while (0)
 

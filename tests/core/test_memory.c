@@ -18,6 +18,15 @@ static void test_memory_is_aligned_and_zero(void)
     }
 }
 
+static void test_sizes_round_up_to_whole_cache_lines(void)
+{
+    TEST_ASSERT_EQUAL_size_t(0, shef_memory_round_up(0));
+    TEST_ASSERT_EQUAL_size_t(64, shef_memory_round_up(1));
+    TEST_ASSERT_EQUAL_size_t(64, shef_memory_round_up(64));
+    TEST_ASSERT_EQUAL_size_t(128, shef_memory_round_up(65));
+    TEST_ASSERT_EQUAL_size_t((size_t)1 << 40, shef_memory_round_up(((size_t)1 << 40) - 63));
+}
+
 static void test_a_size_beyond_the_address_space_gives_null(void)
 {
     TEST_ASSERT_NULL(shef_memory_create(SIZE_MAX / 2, 3));
@@ -65,6 +74,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_memory_is_aligned_and_zero);
+    RUN_TEST(test_sizes_round_up_to_whole_cache_lines);
     RUN_TEST(test_a_size_beyond_the_address_space_gives_null);
     RUN_TEST(test_image_rows_are_aligned_disjoint_and_black);
     RUN_TEST(test_impossible_sides_are_refused_and_leave_the_view_alone);

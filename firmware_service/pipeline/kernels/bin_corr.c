@@ -44,11 +44,6 @@ struct shef_bin_corr {
     int32_t n_bands;
 };
 
-static size_t round_up(size_t n)
-{
-    return (n + SHEF_MEMORY_ALIGN_BYTES - 1) / SHEF_MEMORY_ALIGN_BYTES * SHEF_MEMORY_ALIGN_BYTES;
-}
-
 static enum shef_err check_params(const struct shef_bin_corr_params *p, struct shef_error *err)
 {
     if (p->width_px < 1 || p->height_px < 1)
@@ -86,10 +81,10 @@ enum shef_err shef_bin_corr_create(struct shef_bin_corr **out_corr,
         corr->impl++;
 
     corr->right_words = (params->width_px + 63) / 64;
-    corr->right_stride_bytes = (ptrdiff_t)round_up((size_t)corr->right_words * 64 +
-                                                   (size_t)params->d_max + SHEF_BIN_CORR_MAX_LANES);
+    corr->right_stride_bytes = (ptrdiff_t)shef_memory_round_up(
+        (size_t)corr->right_words * 64 + (size_t)params->d_max + SHEF_BIN_CORR_MAX_LANES);
     corr->scratch_bytes =
-        round_up(shef_bin_corr_scratch_bytes(params->width_px, params->window_px / 2));
+        shef_memory_round_up(shef_bin_corr_scratch_bytes(params->width_px, params->window_px / 2));
 
     const size_t right_bytes = (size_t)params->height_px * (size_t)corr->right_stride_bytes;
     const size_t all_scratch_bytes = (size_t)max_threads * corr->scratch_bytes;
