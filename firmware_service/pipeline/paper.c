@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "core/clock.h"
 #include "core/memory.h"
 #include "pipeline/kernels/bin_corr.h"
 #include "pipeline/paper_shrink.h"
@@ -313,10 +313,7 @@ static void set_maps(struct shef_paper *paper, const struct shef_edge_map *left,
 
 static int64_t now_ns(void)
 {
-    struct timespec now;
-
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
+    return shef_clock_now(shef_clock_monotonic()).ns;
 }
 
 /* Adds the time since *last_ns to a stage and starts the next one. */

@@ -3,8 +3,8 @@
 
 #include <assert.h>
 #include <math.h>
-#include <string.h>
-#include <time.h>
+
+#include "core/clock.h"
 
 /* On the authors' pairs, edge counts in 16x16 px blocks correlate at 0.94 or more from one pair to
  * the next, at 0.86 or more five pairs apart, and at 0.2 to 0.34 between scenes. */
@@ -29,10 +29,7 @@ const char *shef_robust_stage_name(enum shef_robust_stage stage)
 
 static int64_t now_ns(void)
 {
-    struct timespec now;
-
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
+    return shef_clock_now(shef_clock_monotonic()).ns;
 }
 
 void shef_robust_align_auto(struct shef_robust *matcher)
