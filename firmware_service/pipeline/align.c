@@ -1,6 +1,8 @@
 #include "pipeline/align.h"
 
+#include <assert.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -52,8 +54,11 @@ void shef_align_observe(struct shef_align *align, struct shef_image_i8 left,
                         struct shef_image_i8 right, struct shef_image_i16 disparity,
                         int32_t row_step)
 {
+    assert(row_step >= 1);
+
     /* The largest disparities have no partner at the left border; a twelfth is left out. */
     const int32_t first_x = align->width_px / 12;
+    const int32_t first_row = (int32_t)(align->n_observed % row_step);
 
     for (int32_t by = 0; by < SHEF_ALIGN_ROWS; by++) {
         const int32_t y0 = by * align->height_px / SHEF_ALIGN_ROWS;
@@ -64,7 +69,7 @@ void shef_align_observe(struct shef_align *align, struct shef_image_i8 left,
             const int32_t x1 = (bx + 1) * align->width_px / SHEF_ALIGN_COLUMNS;
             struct block_sums sums = { 0 };
 
-            for (int32_t y = y0 + align->n_observed % row_step; y < y1; y += row_step)
+            for (int32_t y = y0 + first_row; y < y1; y += row_step)
                 if (y >= SHEF_ALIGN_MAX_SHIFT && y + SHEF_ALIGN_MAX_SHIFT < align->height_px)
                     add_row(&sums, left, right, disparity, y, x0 > first_x ? x0 : first_x, x1);
 
@@ -88,7 +93,7 @@ struct block_peak {
 };
 
 /* The shift of highest covariance, with a parabola; false if it lies at the end of the range. */
-static int find_peak(const double score[SHEF_ALIGN_N_SHIFTS], struct block_peak *peak)
+static bool find_peak(const double score[SHEF_ALIGN_N_SHIFTS], struct block_peak *peak)
 {
     int32_t best = 0;
     double mean = 0.0;
@@ -99,14 +104,14 @@ static int find_peak(const double score[SHEF_ALIGN_N_SHIFTS], struct block_peak 
             best = s;
     }
     if (best == 0 || best == SHEF_ALIGN_N_SHIFTS - 1 || score[best] <= mean)
-        return 0;
+        return false;
 
     const double curve = score[best - 1] - 2.0 * score[best] + score[best + 1];
     const double offset = curve < 0.0 ? 0.5 * (score[best - 1] - score[best + 1]) / curve : 0.0;
 
     peak->shift_px = best - SHEF_ALIGN_MAX_SHIFT + offset;
     peak->weight = score[best] - mean;
-    return 1;
+    return true;
 }
 
 static int compare_doubles(const void *a, const void *b)

@@ -29,7 +29,7 @@ extern "C" {
 struct shef_align {
     int32_t width_px;
     int32_t height_px;
-    int32_t n_observed; /* pairs so far */
+    int64_t n_observed; /* pairs so far */
     /* Covariance of left and shifted right edges per block, faded sums. */
     double score[SHEF_ALIGN_ROWS][SHEF_ALIGN_COLUMNS][SHEF_ALIGN_N_SHIFTS];
 };
@@ -40,7 +40,7 @@ void shef_align_init(struct shef_align *align, int32_t width_px, int32_t height_
 /* Adds one matched pair.
  *   left, right   signed edge values, the right map not aligned
  *   disparity     one value per 2x2 px cell, 1/32 px
- *   row_step      every row_step-th row is looked at, another one in each call; 1 = all */
+ *   row_step      1 or more: every row_step-th row is looked at, others in each call; 1 = all */
 void shef_align_observe(struct shef_align *align, struct shef_image_i8 left,
                         struct shef_image_i8 right, struct shef_image_i16 disparity,
                         int32_t row_step);
