@@ -1,5 +1,7 @@
 #include "pipeline/bias.h"
 
+#include <assert.h>
+
 /* The columns without a partner at the left and right border, as the evaluation leaves them out:
  * a thirteenth and a thirtieth of the width. */
 #define LEFT_SHARE  13
@@ -49,6 +51,11 @@ enum shef_err shef_bias_fit(const struct shef_bias_sample *samples, int32_t n_sa
     const int32_t height_px = n_samples > 0 ? samples[0].disparity.height_px : 0;
     struct shef_smooth_field field = { .width_px = width_px, .height_px = height_px };
 
+    for (int32_t i = 0; i < n_samples; i++) {
+        assert(samples[i].disparity.width_px == width_px && samples[i].truth.width_px == width_px);
+        assert(samples[i].disparity.height_px == height_px);
+        assert(samples[i].truth.height_px == height_px);
+    }
     for (int round = 0; round < N_ROUNDS; round++) {
         struct shef_field_fit fit = shef_field_fit_begin(width_px, height_px);
         int64_t n_used = 0;

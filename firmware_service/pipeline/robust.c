@@ -37,11 +37,19 @@ void shef_robust_align_auto(struct shef_robust *matcher)
     matcher->align_mode = ALIGN_AUTO;
     matcher->has_alignment = false;
     matcher->is_align_started = false;
+    matcher->alignment_spread_px = 0.0;
     shef_align_init(&matcher->align, matcher->params.width_px, matcher->params.height_px);
+}
+
+static bool is_for_size(const struct shef_smooth_field *field,
+                        const struct shef_robust_params *params)
+{
+    return field->width_px == params->width_px && field->height_px == params->height_px;
 }
 
 void shef_robust_align_fixed(struct shef_robust *matcher, const struct shef_smooth_field *field)
 {
+    assert(!field || is_for_size(field, &matcher->params));
     matcher->align_mode = ALIGN_FIXED;
     matcher->has_alignment = field != NULL;
     matcher->alignment_spread_px = 0.0;
@@ -51,6 +59,7 @@ void shef_robust_align_fixed(struct shef_robust *matcher, const struct shef_smoo
 
 void shef_robust_set_bias(struct shef_robust *matcher, const struct shef_smooth_field *bias)
 {
+    assert(!bias || is_for_size(bias, &matcher->params));
     matcher->has_bias = bias != NULL;
     if (bias)
         matcher->bias = *bias;
@@ -169,15 +178,28 @@ static void check_pairs(const struct shef_robust *matcher, const struct shef_edg
     }
 }
 
+static void check_output(const struct shef_robust *matcher, const struct shef_robust_output *output)
+{
+    const struct shef_image_f32 images[] = { output->disparity, output->confidence,
+                                             output->dense_disparity, output->dense_confidence };
+
+    assert(output->disparity.data && output->confidence.data);
+    for (size_t i = 0; i < sizeof images / sizeof images[0]; i++)
+        assert(!images[i].data || (images[i].width_px == matcher->params.width_px &&
+                                   images[i].height_px == matcher->params.height_px));
+}
+
 void shef_robust_match(struct shef_robust *matcher, const struct shef_edge_pair *pairs,
                        int32_t n_pairs, int64_t number, const struct shef_robust_output *output,
                        struct shef_robust_report *report)
 {
+    check_pairs(matcher, pairs, n_pairs);
+    check_output(matcher, output);
+
+    int64_t start = now_ns();
     struct shef_robust_report local = { .right_share = edge_share(pairs[0].right) };
     int64_t *stage_ns = local.stage_ns;
-    int64_t start = now_ns();
 
-    check_pairs(matcher, pairs, n_pairs);
     matcher->pairs = pairs;
     matcher->n_pairs = n_pairs;
     matcher->output = output;

@@ -54,7 +54,9 @@ struct shef_edge_pair {
     const struct shef_edge_map *right; /* event edges: left(x, y) matches right(x - d, y) */
 };
 
-/* Where the results go: images of the matcher's size. Dense images with data NULL are skipped. */
+/* Where the results go: images of the matcher's size. Dense images with data NULL are skipped.
+ * Left edge pixels are those of the first pair. Graded ones count from half a grade on: the
+ * matcher works on at most 15 grades each way (12 in the default window: |value| >= 6 of 127). */
 struct shef_robust_output {
     struct shef_image_f32 disparity;        /* px at left edge pixels; 0 = none */
     struct shef_image_f32 confidence;       /* P(|error| <= 3 px after the declared bias), 0..1 */
@@ -76,7 +78,7 @@ const char *shef_robust_stage_name(enum shef_robust_stage stage);
 
 struct shef_robust_report {
     int64_t stage_ns[SHEF_ROBUST_N_STAGES];
-    double right_share; /* of right-map pixels that are edges */
+    double right_share; /* of the first right map's pixels that are edges */
     bool is_saturated;  /* right_share is above the limit */
     bool used_past;     /* the prior came from the previous pair */
     bool is_cut;        /* the left map no longer resembles the previous one: prior dropped */
@@ -102,11 +104,12 @@ const char *shef_robust_isa(const struct shef_robust *matcher);
 
 /* How the vertical residual is corrected, from the next pair on.
  *   auto   measured from past pairs; the very first pair is matched once to measure, then again
- *   fixed  the given field; NULL: none */
+ *   fixed  the given field, of the matcher's size; NULL: none */
 void shef_robust_align_auto(struct shef_robust *matcher);
 void shef_robust_align_fixed(struct shef_robust *matcher, const struct shef_smooth_field *field);
 
-/* Subtracts a declared bias (bias.h) from every disparity read out; NULL: none. */
+/* Subtracts a declared bias (bias.h) of the matcher's size from every disparity read out; NULL:
+ * none. */
 void shef_robust_set_bias(struct shef_robust *matcher, const struct shef_smooth_field *bias);
 
 /* Matches one pair, or two pairs of the same views whose scores are averaged.
