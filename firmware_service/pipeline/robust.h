@@ -26,10 +26,12 @@
 extern "C" {
 #endif
 
+#define SHEF_ROBUST_MAX_SIDE_PX 4096
+
 struct shef_robust_params {
-    int32_t width_px;             /* of both maps, 32..4096 */
-    int32_t height_px;            /* 32..4096 */
-    int32_t max_disparity_px;     /* candidates step, 2 step, .. max; 16..256 */
+    int32_t width_px;             /* of both maps, 32..SHEF_ROBUST_MAX_SIDE_PX */
+    int32_t height_px;            /* 32..SHEF_ROBUST_MAX_SIDE_PX */
+    int32_t max_disparity_px;     /* candidates step, 2 step, .. max; 16..256, below the width */
     int32_t step_px;              /* between candidates: 2, or 1 for small ranges */
     int32_t window_width_cells;   /* odd, 1..31; a cell is 2x2 px */
     int32_t window_height_cells;  /* odd, 1..31 */

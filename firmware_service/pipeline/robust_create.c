@@ -102,15 +102,15 @@ static enum shef_err check(const struct shef_robust_params *params, struct shef_
         double low;
         double high;
     } ranges[] = {
-        { "width (px)", params->width_px, 32, 4096 },
-        { "height (px)", params->height_px, 32, 4096 },
+        { "width (px)", params->width_px, 32, SHEF_ROBUST_MAX_SIDE_PX },
+        { "height (px)", params->height_px, 32, SHEF_ROBUST_MAX_SIDE_PX },
         { "largest disparity (px)", params->max_disparity_px, 16, 256 },
         { "disparity step (px)", params->step_px, 1, 2 },
         { "window width (cells)", params->window_width_cells, 1, 31 },
         { "window height (cells)", params->window_height_cells, 1, 31 },
         { "regularisation", params->regularisation, 0.005, 0.5 },
-        { "p1", params->p1, 1, 4000 },
-        { "p2", params->p2, params->p1, 4000 },
+        { "p1", params->p1, 1, SHEF_MATCH_MAX_PENALTY },
+        { "p2", params->p2, params->p1, SHEF_MATCH_MAX_PENALTY },
         { "prior cost per px", params->prior_cost_per_px, 0, 64 },
         { "saturated cost per px", params->saturated_cost_per_px, 0, 64 },
         { "prior cap (px)", params->prior_cap_px, 0, 31 },
@@ -129,10 +129,15 @@ static enum shef_err check(const struct shef_robust_params *params, struct shef_
         return shef_fail(err, SHEF_ERR_INVALID,
                          "matcher: disparities up to %d px are more than the image is wide (%d px)",
                          params->max_disparity_px, params->width_px);
-    if (params->max_disparity_px % params->step_px != 0)
+
+    const int32_t beyond_px = params->max_disparity_px % params->step_px;
+
+    if (beyond_px != 0)
         return shef_fail(err, SHEF_ERR_INVALID,
-                         "matcher: largest disparity %d px is no multiple of the step, %d px",
-                         params->max_disparity_px, params->step_px);
+                         "matcher: largest disparity %d px is no multiple of the step, %d px; "
+                         "choose %d px",
+                         params->max_disparity_px, params->step_px,
+                         params->max_disparity_px - beyond_px);
     return SHEF_OK;
 }
 

@@ -108,10 +108,10 @@ struct shef_robust {
     struct shef_workers *workers;
     int32_t n_chunks;
     struct robust_chunk *chunks; /* n_chunks */
-    uint16_t *zero_left;         /* a row without edges, in product */
-    uint16_t *zero_right;
-    uint16_t *costs; /* grid_height * grid_width * n_lanes */
-    uint16_t *sums;  /* the same shape */
+    uint16_t *zero_left;         /* a row of left pairs without edges: every byte is offset */
+    uint16_t *zero_right;        /* the same of right pairs: zeros */
+    uint16_t *costs;             /* grid_height * grid_width * n_lanes */
+    uint16_t *sums;              /* the same shape */
     struct robust_confidence_tables *tables;
     struct robust_view views[2];
     struct shef_image_f32 cell_confidence; /* 0..1 */

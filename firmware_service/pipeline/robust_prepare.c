@@ -47,7 +47,7 @@ static int32_t source_row(int32_t y, float residual_px, int32_t height_px)
 static void align_row(const struct shef_robust *matcher, const struct robust_view *view, int32_t y,
                       int8_t *out_row)
 {
-    enum { RUN_PX = 8, MAX_RUNS = 4096 / RUN_PX + 1 };
+    enum { RUN_PX = 8, MAX_RUNS = SHEF_ROBUST_MAX_SIDE_PX / RUN_PX };
     const int32_t width = view->right.width_px;
     const int32_t n_runs = (width + RUN_PX - 1) / RUN_PX;
     float residual[MAX_RUNS];

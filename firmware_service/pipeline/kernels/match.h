@@ -17,7 +17,19 @@
 
 #define SHEF_MATCH_LANE_MULTIPLE 16
 #define SHEF_MATCH_COST_ONE      500 /* cost of an uncorrelated window; perfect: 0, opposed: 1000 */
-#define SHEF_MATCH_NO_LEVEL      12288 /* above any path cost; four of them still fit uint16 */
+#define SHEF_MATCH_NO_LEVEL      12288 /* cost of a lane without a level */
+
+/* What 16 bits rest on. A level's path cost is at most MAX_COST (its prior, 64 a px over 31 px,
+ * included) + MAX_PENALTY. That of a lane without a level is never below NO_LEVEL - MAX_COST, which
+ * is more, and never above NO_LEVEL + MAX_PENALTY, of which four still fit. */
+#define SHEF_MATCH_MAX_PRIOR   (64 * 31)
+#define SHEF_MATCH_MAX_COST    (2 * SHEF_MATCH_COST_ONE + SHEF_MATCH_MAX_PRIOR)
+#define SHEF_MATCH_MAX_PENALTY 4000
+_Static_assert(SHEF_MATCH_NO_LEVEL - SHEF_MATCH_MAX_COST >
+                   SHEF_MATCH_MAX_COST + SHEF_MATCH_MAX_PENALTY,
+               "a lane without a level never wins");
+_Static_assert(4 * (SHEF_MATCH_NO_LEVEL + SHEF_MATCH_MAX_PENALTY) <= UINT16_MAX,
+               "four path costs fit a lane");
 
 /* One grid row entering or leaving the window: two rows of pixels of both views. */
 struct shef_match_rows {
@@ -81,13 +93,13 @@ struct shef_match_path {
     ptrdiff_t cell_stride;     /* lanes from one cell to the next: costs, addends and sums */
     ptrdiff_t step;            /* lanes from one step to the next: costs and the second addend */
     ptrdiff_t sums_step;       /* the same for sums and the first addend */
-    uint16_t *state[2];        /* n_cells * n_lanes of path costs, each with a NO_LEVEL lane before
-                                * the first and a spare one behind; contents do not matter */
+    uint16_t *state[2];        /* n_cells * n_lanes of path costs, their content does not matter;
+                                * a lane before each holds NO_LEVEL, one behind is a spare */
     int32_t n_cells;           /* 1..SHEF_MATCH_PATH_CELLS */
     int32_t n_steps;
     int32_t n_lanes;
-    uint16_t p1;
-    uint16_t p2;
+    uint16_t p1; /* 1..p2 */
+    uint16_t p2; /* at most SHEF_MATCH_MAX_PENALTY */
 };
 #define SHEF_MATCH_PATH_CELLS 16
 typedef void shef_match_path_fn(const struct shef_match_path *path);

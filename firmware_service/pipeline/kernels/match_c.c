@@ -101,8 +101,8 @@ static uint16_t path_step(const struct shef_match_path *path, ptrdiff_t at, ptrd
     int32_t out_min = UINT16_MAX;
 
     for (int32_t k = 0; k < path->n_lanes; k++) {
-        /* Lane -1 is the lane before, and the one after the last belongs to the next cell: both
-         * are lanes without a level. */
+        /* Lane -1 is a lane without a level, the cell before's last or the spare one. Beyond the
+         * last lane lies a level of the next cell, which only reaches a lane without a level. */
         const int32_t side = min_of(prev[k - 1], prev[k + 1]) + path->p1;
         const int32_t jump = lowest + path->p2;
         const int32_t value = path->costs[at + k] + min_of(prev[k], min_of(side, jump)) - lowest;
