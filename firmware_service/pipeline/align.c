@@ -19,6 +19,7 @@ void shef_align_init(struct shef_align *align, int32_t width_px, int32_t height_
 
 struct block_sums {
     int64_t n;
+    int64_t column; /* matched one of the right map */
     int64_t left;
     int64_t right[SHEF_ALIGN_N_SHIFTS];
     int64_t product[SHEF_ALIGN_N_SHIFTS];
@@ -40,6 +41,7 @@ static void add_row(struct block_sums *sums, struct shef_image_i8 left, struct s
         const int8_t *column = shef_row_i8(right, y + SHEF_ALIGN_MAX_SHIFT) + matched;
 
         sums->n++;
+        sums->column += matched;
         sums->left += value;
         for (int32_t s = 0; s < SHEF_ALIGN_N_SHIFTS; s++) {
             const int32_t e = column[-s * right.stride_bytes];
@@ -74,10 +76,17 @@ void shef_align_observe(struct shef_align *align, struct shef_image_i8 left,
                     add_row(&sums, left, right, disparity, y, x0 > first_x ? x0 : first_x, x1);
 
             double *score = align->score[by][bx];
+            double *weight = &align->weight[by][bx];
+            const double n = (double)sums.n;
+
+            /* The mean column of all pairs so far, and how much it rests on. */
+            *weight = KEEP_PER_PAIR * *weight + n;
+            if (sums.n)
+                align->column[by][bx] +=
+                    ((double)sums.column - n * align->column[by][bx]) / *weight;
 
             for (int32_t s = 0; s < SHEF_ALIGN_N_SHIFTS; s++) {
-                const double chance =
-                    sums.n ? (double)sums.left * (double)sums.right[s] / (double)sums.n : 0.0;
+                const double chance = sums.n ? (double)sums.left * (double)sums.right[s] / n : 0.0;
 
                 score[s] = KEEP_PER_PAIR * score[s] + (double)sums.product[s] - chance;
             }
@@ -132,7 +141,7 @@ enum shef_err shef_align_solve(const struct shef_align *align, struct shef_smoot
     for (int32_t by = 0; by < SHEF_ALIGN_ROWS; by++)
         for (int32_t bx = 0; bx < SHEF_ALIGN_COLUMNS; bx++)
             if (find_peak(align->score[by][bx], &peaks[n_peaks])) {
-                peaks[n_peaks].x = (bx + 0.5) * align->width_px / SHEF_ALIGN_COLUMNS - 0.5;
+                peaks[n_peaks].x = align->column[by][bx];
                 peaks[n_peaks].y = (by + 0.5) * align->height_px / SHEF_ALIGN_ROWS - 0.5;
                 n_peaks++;
             }

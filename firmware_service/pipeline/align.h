@@ -32,6 +32,10 @@ struct shef_align {
     int64_t n_observed; /* pairs so far */
     /* Covariance of left and shifted right edges per block, faded sums. */
     double score[SHEF_ALIGN_ROWS][SHEF_ALIGN_COLUMNS][SHEF_ALIGN_N_SHIFTS];
+    /* Mean column that a block's pixels match in the right map, where the residual is read, and
+     * the faded number of those pixels. */
+    double column[SHEF_ALIGN_ROWS][SHEF_ALIGN_COLUMNS];
+    double weight[SHEF_ALIGN_ROWS][SHEF_ALIGN_COLUMNS];
 };
 
 /* Starts with no observation. */
