@@ -14,16 +14,18 @@ int32_t robust_n_strips(const struct shef_robust *matcher)
     return (matcher->shape.grid_width + STRIP_CELLS - 1) / STRIP_CELLS;
 }
 
-/* Disparity in 1/32 px with the parabola through the winner and its neighbours. */
+/* Disparity in 1/32 px. Sums rise linearly on both sides of a surface that lies between two levels,
+ * because every path pays p1 per level, so a V with equal slopes is fitted; a parabola would pull
+ * slanted surfaces towards the levels. */
 static int32_t refine(const struct shef_match_best *best, int32_t step_px)
 {
     const float below = best->below;
     const float above = best->above;
-    const float curve = below - 2.0f * (float)best->sum + above;
+    const float slope = (below > above ? below : above) - (float)best->sum;
     float offset = 0.0f;
 
-    if (curve > 0.0f && below < 4.0f * SHEF_MATCH_NO_LEVEL && above < 4.0f * SHEF_MATCH_NO_LEVEL)
-        offset = 0.5f * (below - above) / curve;
+    if (slope > 0.0f && below < 4.0f * SHEF_MATCH_NO_LEVEL && above < 4.0f * SHEF_MATCH_NO_LEVEL)
+        offset = 0.5f * (below - above) / slope;
     return (int32_t)lrintf(((float)best->level + 1.0f + offset) * (float)(32 * step_px));
 }
 
