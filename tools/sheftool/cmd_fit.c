@@ -5,6 +5,7 @@
 #include "pipeline/field_file.h"
 #include "sheftool/command.h"
 #include "sheftool/fitting.h"
+#include "sheftool/report_parts.h"
 
 struct settings {
     const char *data;
@@ -89,10 +90,9 @@ static enum shef_err open_data(const struct settings *settings, struct shef_data
 
 static void print_field(const char *what, const struct shef_smooth_field *field, const char *path)
 {
-    printf("%s in px, X and Y from -1 to 1 about the centre:\n"
-           "%+.2f %+.2f X %+.2f Y %+.2f XY %+.2f X^2 %+.2f Y^2\nwritten to %s\n",
-           what, field->c[0], field->c[1], field->c[2], field->c[3], field->c[4], field->c[5],
-           path);
+    printf("%s, X and Y from -1 to 1 about the centre:\n", what);
+    shef_field_print(field, stdout);
+    printf("\nwritten to %s\n", path);
 }
 
 static enum shef_err run_align(const void *opaque, struct shef_error *err)

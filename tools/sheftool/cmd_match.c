@@ -11,6 +11,7 @@
 #include "sheftool/matching.h"
 #include "sheftool/output_folder.h"
 #include "sheftool/picture.h"
+#include "sheftool/report_parts.h"
 
 struct settings {
     const char *frame_edges;
@@ -122,11 +123,7 @@ static json_t *report_json(const struct shef_matched *matched)
     json_object_set_new(pair, "saturated", json_boolean(report->is_saturated));
     json_object_set_new(pair, "used_past", json_boolean(report->used_past));
     json_object_set_new(pair, "scene_cut", json_boolean(report->is_cut));
-    json_t *alignment = json_array();
-
-    for (int i = 0; i < SHEF_FIELD_TERMS; i++)
-        json_array_append_new(alignment, json_real(report->alignment.c[i]));
-    json_object_set_new(pair, "vertical_residual_px", alignment);
+    json_object_set_new(pair, "vertical_residual_px", shef_field_json(&report->alignment));
     json_object_set_new(pair, "vertical_residual_spread_px",
                         json_real(report->alignment_spread_px));
     return pair;

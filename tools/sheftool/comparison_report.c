@@ -4,6 +4,7 @@
 
 #include "sheftool/comparison.h"
 #include "sheftool/machine.h"
+#include "sheftool/report_parts.h"
 
 static double frame_ms(const struct shef_row *row)
 {
@@ -120,12 +121,6 @@ static void print_density_table(struct shef_comparison *comparison, FILE *out)
     }
 }
 
-static void print_field(const struct shef_smooth_field *field, FILE *out)
-{
-    fprintf(out, "%+.2f %+.2f X %+.2f Y %+.2f XY %+.2f X^2 %+.2f Y^2 px", field->c[0], field->c[1],
-            field->c[2], field->c[3], field->c[4], field->c[5]);
-}
-
 static void print_notes(struct shef_comparison *comparison, FILE *out)
 {
     const struct shef_scenes *scenes = &comparison->dataset->scenes;
@@ -146,7 +141,7 @@ static void print_notes(struct shef_comparison *comparison, FILE *out)
         (double)comparison->rules.hole_px, 1000 * comparison->rules.rig.baseline_m,
         comparison->rules.rig.focal_px, machine, comparison->rows[1].filter.median_ms,
         comparison->max_disparity_px);
-    print_field(&comparison->alignment, out);
+    shef_field_print(&comparison->alignment, out);
     fprintf(out, ". Self-aligned: measured while matching, from past pairs only.\n");
     for (int i = 0; i < SHEF_N_ROWS; i++)
         if (!comparison->rows[i].plan->dense && !comparison->rows[i].plan->bias)
@@ -154,7 +149,7 @@ static void print_notes(struct shef_comparison *comparison, FILE *out)
                     comparison->rows[i].plan->kind->describe);
     for (int32_t i = 0; comparison->has_bias && i < scenes->n; i++) {
         fprintf(out, "- bias for %s, fitted on the other scenes: ", scenes->at[i].name);
-        print_field(&comparison->biases[i], out);
+        shef_field_print(&comparison->biases[i], out);
         fprintf(out, ".\n");
     }
 }
@@ -167,21 +162,6 @@ void shef_comparison_print(struct shef_comparison *comparison, FILE *out)
     print_scene_table(comparison, out);
     print_density_table(comparison, out);
     print_notes(comparison, out);
-}
-
-static json_t *field_json(const struct shef_smooth_field *field)
-{
-    json_t *list = json_array();
-
-    for (int i = 0; i < SHEF_FIELD_TERMS; i++)
-        json_array_append_new(list, json_real(field->c[i]));
-    return list;
-}
-
-static json_t *summary_json(const struct shef_timing_summary *summary)
-{
-    return json_pack("{s:f, s:f, s:f}", "median_ms", summary->median_ms, "p95_ms", summary->p95_ms,
-                     "min_ms", summary->min_ms);
 }
 
 static json_t *number_json(double value)
@@ -204,12 +184,13 @@ static json_t *row_json(struct shef_row *row)
     if (!row->present)
         return json_pack("{s:s, s:b, s:s}", "name", row->plan->name, "cited", 0, "missing",
                          row->why);
-    object = json_pack("{s:s, s:b, s:s, s:s, s:f, s:o, s:o}", "name", row->plan->name, "cited", 0,
-                       "method", row->plan->kind->describe, "conditions", row->plan->conditions,
-                       "ms_per_frame", frame_ms(row), "matcher", summary_json(&row->frame),
-                       "evaluation", shef_evaluation_json(&row->evaluation));
+    object =
+        json_pack("{s:s, s:b, s:s, s:s, s:f, s:o, s:o}", "name", row->plan->name, "cited", 0,
+                  "method", row->plan->kind->describe, "conditions", row->plan->conditions,
+                  "ms_per_frame", frame_ms(row), "matcher", shef_timing_summary_json(&row->frame),
+                  "evaluation", shef_evaluation_json(&row->evaluation));
     if (row->plan->filter_timed)
-        json_object_set_new(object, "filter", summary_json(&row->filter));
+        json_object_set_new(object, "filter", shef_timing_summary_json(&row->filter));
     return object;
 }
 
@@ -224,11 +205,13 @@ json_t *shef_comparison_json(struct shef_comparison *comparison)
     for (int i = 0; i < SHEF_N_ROWS; i++)
         json_array_append_new(rows, row_json(&comparison->rows[i]));
     for (int32_t i = 0; comparison->has_bias && i < dataset->scenes.n; i++)
-        json_object_set_new(biases, dataset->scenes.at[i].name, field_json(&comparison->biases[i]));
-    return json_pack(
-        "{s:I, s:i, s:i, s:i, s:o, s:o, s:f, s:o, s:o}", "pairs", (json_int_t)dataset->pairs.n,
-        "width_px", dataset->width_px, "height_px", dataset->height_px, "max_disparity_px",
-        comparison->max_disparity_px, "machine", shef_machine_json(comparison->cpu_features),
-        "vertical_residual_px", field_json(&comparison->alignment), "vertical_residual_spread_px",
-        comparison->alignment_spread_px, "bias_px_without_scene", biases, "rows", rows);
+        json_object_set_new(biases, dataset->scenes.at[i].name,
+                            shef_field_json(&comparison->biases[i]));
+    return json_pack("{s:I, s:i, s:i, s:i, s:o, s:o, s:f, s:o, s:o}", "pairs",
+                     (json_int_t)dataset->pairs.n, "width_px", dataset->width_px, "height_px",
+                     dataset->height_px, "max_disparity_px", comparison->max_disparity_px,
+                     "machine", shef_machine_json(comparison->cpu_features), "vertical_residual_px",
+                     shef_field_json(&comparison->alignment), "vertical_residual_spread_px",
+                     comparison->alignment_spread_px, "bias_px_without_scene", biases, "rows",
+                     rows);
 }

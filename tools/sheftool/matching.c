@@ -2,6 +2,7 @@
 
 #include "sheftool/command.h"
 #include "sheftool/progress.h"
+#include "sheftool/report_parts.h"
 
 static enum shef_err allocate(struct shef_matching *matching, struct shef_error *err)
 {
@@ -171,8 +172,7 @@ static json_t *summary_json(struct shef_timings *timings)
 {
     const struct shef_timing_summary summary = shef_timings_summary(timings);
 
-    return json_pack("{s:f, s:f, s:f}", "median_ms", summary.median_ms, "p95_ms", summary.p95_ms,
-                     "min_ms", summary.min_ms);
+    return shef_timing_summary_json(&summary);
 }
 
 json_t *shef_matching_timing_json(struct shef_matching *matching)

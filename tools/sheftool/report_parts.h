@@ -1,0 +1,20 @@
+/* What several commands' reports share: timings and smooth fields as JSON and as text. */
+#ifndef SHEFTOOL_REPORT_PARTS_H
+#define SHEFTOOL_REPORT_PARTS_H
+
+#include <jansson.h>
+#include <stdio.h>
+
+#include "pipeline/smooth_field.h"
+#include "sheftool/stopwatch.h"
+
+/* {"median_ms", "p95_ms", "min_ms"}; NULL: out of memory. */
+json_t *shef_timing_summary_json(const struct shef_timing_summary *summary);
+
+/* The six coefficients in px as a list; NULL: out of memory. */
+json_t *shef_field_json(const struct shef_smooth_field *field);
+
+/* "+1.56 -0.63 X +0.60 Y ... px", X and Y from -1 to 1 about the image's centre; no line end. */
+void shef_field_print(const struct shef_smooth_field *field, FILE *out);
+
+#endif
