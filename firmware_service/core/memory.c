@@ -1,5 +1,6 @@
 #include "core/memory.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -69,3 +70,10 @@ DEFINE_IMAGE_MEMORY(i8)
 DEFINE_IMAGE_MEMORY(i16)
 DEFINE_IMAGE_MEMORY(f32)
 DEFINE_IMAGE_MEMORY(rgb8)
+
+void shef_image_copy_f32(struct shef_image_f32 from, struct shef_image_f32 to)
+{
+    assert(from.width_px == to.width_px && from.height_px == to.height_px);
+    for (int32_t y = 0; y < from.height_px; y++)
+        memcpy(shef_row_f32(to, y), shef_row_f32(from, y), (size_t)from.width_px * sizeof(float));
+}

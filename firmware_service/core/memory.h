@@ -47,6 +47,9 @@ SHEF_DECLARE_IMAGE_MEMORY(rgb8)
 
 #undef SHEF_DECLARE_IMAGE_MEMORY
 
+/* Copies all pixels to another image of the same size; strides may differ. */
+void shef_image_copy_f32(struct shef_image_f32 from, struct shef_image_f32 to);
+
 #ifdef __cplusplus
 }
 #endif

@@ -55,6 +55,29 @@ static void test_image_rows_are_aligned_disjoint_and_black(void)
     shef_image_destroy_u16(&image);
 }
 
+static void test_a_copy_has_the_same_pixels_and_no_others(void)
+{
+    float memory[3][5];
+    struct shef_image_f32 copy = { &memory[0][1], 3, 3, sizeof memory[0] };
+    struct shef_image_f32 image;
+
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_image_create_f32(&image, 3, 3, NULL));
+    for (int32_t y = 0; y < 3; y++)
+        for (int32_t x = 0; x < 5; x++)
+            memory[y][x] = -1.0f;
+    for (int32_t y = 0; y < 3; y++)
+        for (int32_t x = 0; x < 3; x++)
+            shef_row_f32(image, y)[x] = (float)(10 * y + x);
+    shef_image_copy_f32(image, copy);
+    for (int32_t y = 0; y < 3; y++) {
+        const float expected[5] = { -1.0f, (float)(10 * y), (float)(10 * y + 1),
+                                    (float)(10 * y + 2), -1.0f };
+
+        TEST_ASSERT_EQUAL_FLOAT_ARRAY(expected, memory[y], 5);
+    }
+    shef_image_destroy_f32(&image);
+}
+
 static void test_impossible_sides_are_refused_and_leave_the_view_alone(void)
 {
     static const int32_t sides[][2] = { { 0, 5 }, { 5, 0 }, { -1, 5 }, { 16385, 1 }, { 1, 16385 } };
@@ -77,6 +100,7 @@ int main(void)
     RUN_TEST(test_sizes_round_up_to_whole_cache_lines);
     RUN_TEST(test_a_size_beyond_the_address_space_gives_null);
     RUN_TEST(test_image_rows_are_aligned_disjoint_and_black);
+    RUN_TEST(test_a_copy_has_the_same_pixels_and_no_others);
     RUN_TEST(test_impossible_sides_are_refused_and_leave_the_view_alone);
     return UNITY_END();
 }

@@ -1,5 +1,6 @@
 #include <stdlib.h>
 
+#include "core/memory.h"
 #include "sheftool/bench.h"
 #include "sheftool/dataset.h"
 #include "sheftool/synth.h"
@@ -24,7 +25,7 @@ static void derive(struct shef_edge_map maps[N_KINDS])
     const struct shef_edge_map *binary = &maps[SHEF_EDGE_UNSIGNED];
     struct shef_edge_map *ternary = &maps[SHEF_EDGE_TERNARY];
     struct shef_edge_map *graded = &maps[SHEF_EDGE_GRADED];
-    int8_t row[16384];
+    int8_t row[SHEF_IMAGE_MAX_SIDE_PX];
 
     for (int32_t y = 0; y < binary->height_px; y++) {
         const size_t first = (size_t)y * (size_t)ternary->stride_words;

@@ -2,7 +2,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "core/cpu.h"
 #include "core/memory.h"
@@ -87,12 +86,9 @@ static enum shef_err keep_sample(struct run *run, int32_t scene, struct shef_ima
     const enum shef_err code =
         shef_image_create_f32(sample, scored.width_px, scored.height_px, err);
 
-    if (code != SHEF_OK)
-        return code;
-    for (int32_t y = 0; y < scored.height_px; y++)
-        memcpy(shef_row_f32(*sample, y), shef_row_f32(scored, y),
-               (size_t)scored.width_px * sizeof(float));
-    return SHEF_OK;
+    if (code == SHEF_OK)
+        shef_image_copy_f32(scored, *sample);
+    return code;
 }
 
 static enum shef_err score(void *context, const struct shef_matched *matched,
@@ -183,15 +179,17 @@ static void choose_samples(struct shef_comparison *comparison)
     const struct shef_dataset *dataset = comparison->dataset;
 
     for (int32_t scene = 0; scene < dataset->scenes.n; scene++) {
-        size_t members[2] = { 0, 0 }; /* first, and how many */
+        size_t first = 0;
+        size_t n_members = 0;
 
         for (size_t i = 0; i < dataset->pairs.n; i++) {
             if (shef_scenes_of(&dataset->scenes, dataset->pairs.at[i].number) != scene)
                 continue;
-            if (members[1]++ == 0)
-                members[0] = i;
+            if (n_members++ == 0)
+                first = i;
         }
-        comparison->sample_index[scene] = members[0] + members[1] / 2;
+        /* A scene is a range of numbers, and pairs are in the order of theirs. */
+        comparison->sample_index[scene] = first + n_members / 2;
     }
 }
 

@@ -6,6 +6,15 @@
 #include "sheftool/machine.h"
 #include "sheftool/report_parts.h"
 
+/* Of the row whose method includes the authors' filter. */
+static double filter_ms(const struct shef_comparison *comparison)
+{
+    for (int i = 0; i < SHEF_N_ROWS; i++)
+        if (comparison->rows[i].plan->filter_timed)
+            return comparison->rows[i].filter.median_ms;
+    return NAN;
+}
+
 static double frame_ms(const struct shef_row *row)
 {
     return row->frame.median_ms + row->filter.median_ms;
@@ -139,7 +148,7 @@ static void print_notes(struct shef_comparison *comparison, FILE *out)
         "- aligned: event maps moved down by a smooth field that was fitted on these pairs "
         "without truth: ",
         (double)comparison->rules.hole_px, 1000 * comparison->rules.rig.baseline_m,
-        comparison->rules.rig.focal_px, machine, comparison->rows[1].filter.median_ms,
+        comparison->rules.rig.focal_px, machine, filter_ms(comparison),
         comparison->max_disparity_px);
     shef_field_print(&comparison->alignment, out);
     fprintf(out, ". Self-aligned: measured while matching, from past pairs only.\n");
@@ -164,17 +173,12 @@ void shef_comparison_print(struct shef_comparison *comparison, FILE *out)
     print_notes(comparison, out);
 }
 
-static json_t *number_json(double value)
-{
-    return isfinite(value) ? json_real(value) : json_null();
-}
-
 static json_t *cited_json(const struct shef_cited_row *row)
 {
     return json_pack("{s:s, s:b, s:s, s:f, s:f, s:f, s:f, s:f, s:o}", "name", row->name, "cited", 1,
                      "conditions", row->conditions, "rmse_px", row->rmse_px, "bad_p_percent",
                      row->bad_p_percent, "delta_1", row->delta[0], "delta_2", row->delta[1],
-                     "delta_3", row->delta[2], "ms_per_frame", number_json(row->ms_per_frame));
+                     "delta_3", row->delta[2], "ms_per_frame", shef_number_json(row->ms_per_frame));
 }
 
 static json_t *row_json(struct shef_row *row)

@@ -3,33 +3,29 @@
 #include <stdio.h>
 
 #include "sheftool/evaluation.h"
-
-/* JSON has no NaN: what is unknown is null. */
-static json_t *number(double value)
-{
-    return isfinite(value) ? json_real(value) : json_null();
-}
+#include "sheftool/report_parts.h"
 
 json_t *shef_figures_json(const struct shef_figures *figures)
 {
     json_t *object = json_object();
     char key[32];
 
-    json_object_set_new(object, "rmse_px", number(figures->rmse_px));
-    json_object_set_new(object, "bad_p_percent", number(100 * figures->bad[SHEF_N_BAD - 1]));
+    json_object_set_new(object, "rmse_px", shef_number_json(figures->rmse_px));
+    json_object_set_new(object, "bad_p_percent",
+                        shef_number_json(100 * figures->bad[SHEF_N_BAD - 1]));
     for (int i = 0; i < SHEF_N_DELTAS; i++) {
         snprintf(key, sizeof key, "delta_%d", i + 1);
-        json_object_set_new(object, key, number(figures->delta[i]));
+        json_object_set_new(object, key, shef_number_json(figures->delta[i]));
     }
-    json_object_set_new(object, "epe_px", number(figures->epe_px));
+    json_object_set_new(object, "epe_px", shef_number_json(figures->epe_px));
     for (int i = 0; i < SHEF_N_BAD - 1; i++) {
         snprintf(key, sizeof key, "bad_%.0f_percent", shef_bad_px[i]);
-        json_object_set_new(object, key, number(100 * figures->bad[i]));
+        json_object_set_new(object, key, shef_number_json(100 * figures->bad[i]));
     }
-    json_object_set_new(object, "coverage_percent", number(100 * figures->coverage));
-    json_object_set_new(object, "pixels_per_image", number(figures->pixels_per_image));
-    json_object_set_new(object, "calibration_error", number(figures->calibration_error));
-    json_object_set_new(object, "depth_median_cm", number(figures->depth_median_cm));
+    json_object_set_new(object, "coverage_percent", shef_number_json(100 * figures->coverage));
+    json_object_set_new(object, "pixels_per_image", shef_number_json(figures->pixels_per_image));
+    json_object_set_new(object, "calibration_error", shef_number_json(figures->calibration_error));
+    json_object_set_new(object, "depth_median_cm", shef_number_json(figures->depth_median_cm));
     return object;
 }
 
@@ -72,10 +68,10 @@ static json_t *confidence_json(const struct shef_tally *tally)
         const double n = (double)bin->n;
 
         json_array_append_new(
-            list,
-            json_pack("{s:f, s:f, s:I, s:o, s:o}", "from", (double)i / SHEF_N_CONFIDENCE_BINS, "to",
-                      (i + 1.0) / SHEF_N_CONFIDENCE_BINS, "pixels", (json_int_t)bin->n, "promised",
-                      number(bin->sum_promised / n), "kept", number((double)bin->n_hits / n)));
+            list, json_pack("{s:f, s:f, s:I, s:o, s:o}", "from", (double)i / SHEF_N_CONFIDENCE_BINS,
+                            "to", (i + 1.0) / SHEF_N_CONFIDENCE_BINS, "pixels", (json_int_t)bin->n,
+                            "promised", shef_number_json(bin->sum_promised / n), "kept",
+                            shef_number_json((double)bin->n_hits / n)));
     }
     return list;
 }

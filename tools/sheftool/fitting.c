@@ -2,7 +2,8 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
+
+#include "core/memory.h"
 
 /* What an alignment fit gathers from matched pairs. */
 struct alignment_job {
@@ -95,12 +96,6 @@ static enum shef_err grow(struct shef_bias_collection *collection)
     return SHEF_OK;
 }
 
-static void copy_map(struct shef_image_f32 from, struct shef_image_f32 to)
-{
-    for (int32_t y = 0; y < from.height_px; y++)
-        memcpy(shef_row_f32(to, y), shef_row_f32(from, y), (size_t)from.width_px * sizeof(float));
-}
-
 enum shef_err shef_bias_collect(struct shef_bias_collection *collection,
                                 const struct shef_dataset *dataset,
                                 const struct shef_matched *matched, struct shef_error *err)
@@ -118,7 +113,7 @@ enum shef_err shef_bias_collect(struct shef_bias_collection *collection,
         shef_image_destroy_f32(&sample.disparity);
         return code;
     }
-    copy_map(matched->disparity, sample.disparity);
+    shef_image_copy_f32(matched->disparity, sample.disparity);
     collection->samples[collection->n] = sample;
     collection->numbers[collection->n++] = matched->number;
     return SHEF_OK;

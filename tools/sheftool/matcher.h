@@ -32,7 +32,7 @@ enum shef_align_mode {
 struct shef_matcher_settings {
     int32_t width_px;
     int32_t height_px;
-    int32_t max_disparity_px;     /* 1..max is searched */
+    int32_t max_disparity_px;     /* 1..max is searched, by robust 2..max */
     uint32_t cpu_features;        /* see core/cpu.h; OpenCV picks for itself */
     struct shef_workers *workers; /* NULL: one thread; must outlive the matcher */
     bool dense;                   /* estimates at every pixel, else at frame edges */

@@ -7,6 +7,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "core/memory.h"
+
 /* StereoBM and StereoSGBM give disparities in 1/16 px. */
 static const float sixteenth = 1.0f / 16.0f;
 static const int min_disparity_px = 1;
@@ -111,7 +113,7 @@ extern "C" void shef_opencv_read(const struct shef_opencv *opencv,
                                  const struct shef_edge_map *edges,
                                  struct shef_image_f32 out_disparity)
 {
-    int8_t edge_row[16384];
+    int8_t edge_row[SHEF_IMAGE_MAX_SIDE_PX];
 
     for (int32_t y = 0; y < out_disparity.height_px; y++) {
         const int16_t *found = opencv->disparity.ptr<int16_t>(y);

@@ -40,7 +40,7 @@ static enum shef_err match(void *state, const struct shef_edge_map *frame,
 
     (void)number;
     if (code != SHEF_OK)
-        return shef_fail(err, code, "the paper's matcher takes binary edge maps only");
+        return shef_fail(err, code, "the paper's matchers take binary edge maps; these are graded");
     for (int i = 0; i < SHEF_PAPER_N_STAGES; i++)
         out->stage_ns[i] = report.stage_ns[i];
     return SHEF_OK;

@@ -20,7 +20,7 @@ static void *create(const struct shef_matcher_settings *settings,
         return NULL;
     peer = calloc(1, sizeof *peer);
     if (!peer) {
-        shef_fail(err, SHEF_ERR_NO_MEMORY, "out of memory");
+        shef_fail(err, SHEF_ERR_NO_MEMORY, "OpenCV matcher: out of memory");
         return NULL;
     }
     sized.width_px = settings->width_px;

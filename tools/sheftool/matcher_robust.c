@@ -45,7 +45,7 @@ static void *create(const struct shef_matcher_settings *settings, struct shef_er
         return NULL;
     robust = calloc(1, sizeof *robust);
     if (!robust) {
-        shef_fail(err, SHEF_ERR_NO_MEMORY, "out of memory");
+        shef_fail(err, SHEF_ERR_NO_MEMORY, "robust matcher: out of memory");
         return NULL;
     }
     params.max_disparity_px = settings->max_disparity_px;

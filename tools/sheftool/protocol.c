@@ -2,6 +2,8 @@
 
 #include <stdlib.h>
 
+#include "core/memory.h"
+
 const int shef_level_percent[SHEF_N_LEVELS] = { 25, 50, 75, 100 };
 
 /* One row of everything that is scored. */
@@ -10,7 +12,7 @@ struct row {
     const float *confidence; /* NULL: none */
     const float *truth;
     int8_t *edges; /* NULL: not given */
-    int8_t edge_memory[16384];
+    int8_t edge_memory[SHEF_IMAGE_MAX_SIDE_PX];
 };
 
 static void get_row(struct row *row, const struct shef_scored_map *map, int32_t y)

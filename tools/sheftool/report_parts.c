@@ -1,5 +1,12 @@
 #include "sheftool/report_parts.h"
 
+#include <math.h>
+
+json_t *shef_number_json(double value)
+{
+    return isfinite(value) ? json_real(value) : json_null();
+}
+
 json_t *shef_timing_summary_json(const struct shef_timing_summary *summary)
 {
     return json_pack("{s:f, s:f, s:f}", "median_ms", summary->median_ms, "p95_ms", summary->p95_ms,

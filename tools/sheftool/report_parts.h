@@ -1,4 +1,4 @@
-/* What several commands' reports share: timings and smooth fields as JSON and as text. */
+/* What several commands' reports share: numbers, timings and smooth fields as JSON and as text. */
 #ifndef SHEFTOOL_REPORT_PARTS_H
 #define SHEFTOOL_REPORT_PARTS_H
 
@@ -7,6 +7,9 @@
 
 #include "pipeline/smooth_field.h"
 #include "sheftool/stopwatch.h"
+
+/* JSON has no NaN: a value that is not finite is null. */
+json_t *shef_number_json(double value);
 
 /* {"median_ms", "p95_ms", "min_ms"}; NULL: out of memory. */
 json_t *shef_timing_summary_json(const struct shef_timing_summary *summary);
