@@ -61,7 +61,7 @@ void shef_cpu_model(char *out_name, int n_bytes)
         const char *colon = strchr(line, ':');
 
         if (colon && strncmp(line, "model name", 10) == 0) {
-            snprintf(out_name, (size_t)n_bytes, "%s", colon + 2);
+            snprintf(out_name, (size_t)n_bytes, "%s", colon + 1 + strspn(colon + 1, " \t"));
             out_name[strcspn(out_name, "\n")] = '\0';
             break;
         }
