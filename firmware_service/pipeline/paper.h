@@ -17,7 +17,7 @@
  *   shrinking       nearest pixel: the map stays binary, its density stays the same.
  *   enlarging       nearest pixel, the disparity divided by scale.
  *   I1, I2          0.5 and 0.5 where both levels have an estimate, else 1 for the one that has.
- *   no evidence     a pixel whose correlation is 0 at every disparity has no estimate.
+ *   no evidence     a pixel whose correlation is nowhere above 0 has no estimate.
  *   final pixels    the left map's edges; what enlarging put beside them is dropped, as the paper
  *                   evaluates edge pixels. `everywhere` estimates and keeps every pixel.
  *

@@ -365,7 +365,9 @@ static void expect_refused(struct shef_bin_corr_params params, const char *reaso
 
 static void test_impossible_parameters_are_refused_with_a_reason(void)
 {
-    expect_refused((struct shef_bin_corr_params){ 0, 480, 21, 1, 80, false }, "empty");
+    expect_refused((struct shef_bin_corr_params){ 0, 480, 21, 1, 80, false }, "1 to 16384");
+    expect_refused((struct shef_bin_corr_params){ INT32_MAX, 480, 21, 1, 80, false }, "1 to 16384");
+    expect_refused((struct shef_bin_corr_params){ 640, 16385, 21, 1, 80, false }, "1 to 16384");
     expect_refused((struct shef_bin_corr_params){ 640, 480, 20, 1, 80, false }, "odd");
     expect_refused((struct shef_bin_corr_params){ 640, 480, 129, 1, 80, false }, "1 to 127");
     expect_refused((struct shef_bin_corr_params){ 640, 480, 21, -1, 80, false }, "range -1..80");

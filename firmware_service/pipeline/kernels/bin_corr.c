@@ -46,9 +46,10 @@ struct shef_bin_corr {
 
 static enum shef_err check_params(const struct shef_bin_corr_params *p, struct shef_error *err)
 {
-    if (p->width_px < 1 || p->height_px < 1)
-        return shef_fail(err, SHEF_ERR_INVALID, "correlation of %d x %d px: the image is empty",
-                         p->width_px, p->height_px);
+    if (p->width_px < 1 || p->height_px < 1 || p->width_px > SHEF_IMAGE_MAX_SIDE_PX ||
+        p->height_px > SHEF_IMAGE_MAX_SIDE_PX)
+        return shef_fail(err, SHEF_ERR_INVALID, "correlation of %d x %d px: sides must be 1 to %d",
+                         p->width_px, p->height_px, SHEF_IMAGE_MAX_SIDE_PX);
     if (p->window_px < 1 || p->window_px > SHEF_BIN_CORR_MAX_WINDOW_PX || p->window_px % 2 == 0)
         return shef_fail(err, SHEF_ERR_INVALID,
                          "correlation window of %d px: it must be odd and 1 to %d", p->window_px,

@@ -58,8 +58,8 @@ extern "C" {
 #define SHEF_BIN_CORR_NONE          (-1) /* disparity of a pixel that was not read out */
 
 struct shef_bin_corr_params {
-    int32_t width_px;
-    int32_t height_px;
+    int32_t width_px;  /* 1..SHEF_IMAGE_MAX_SIDE_PX */
+    int32_t height_px; /* the same */
     int32_t window_px; /* side, odd, 1..SHEF_BIN_CORR_MAX_WINDOW_PX; may exceed the image */
     int32_t d_min;     /* px, 0..d_max */
     int32_t d_max;     /* px, included; at most SHEF_BIN_CORR_MAX_DISPARITY */
