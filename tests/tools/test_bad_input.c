@@ -227,6 +227,34 @@ static void test_bias_needs_truth(void)
     program_expect_failure(2, "--gt", "--data", n_entries);
 }
 
+static void test_fit_overwrites_nothing_but_its_own_kind(void)
+{
+    static const char *const kept[] = { "scenes.json", "frame_edge/1.png", "gt/1.pfm" };
+    static const char bias[] = "{\"kind\": \"disparity_bias\", \"width_px\": 640, "
+                               "\"height_px\": 480, \"coefficients_px\": [0, 0, 0, 0, 0, 0]}";
+    char path[4200];
+
+    for (int i = 0; i < 3; i++) {
+        snprintf(path, sizeof path, "%s", in_data(kept[i]));
+        program_run("align fit --data %s --max-disparity 32 --out %s", data, path);
+        program_expect_failure(1, kept[i], "not an earlier result", n_entries);
+        program_run("bias fit --data %s --max-disparity 32 --pairs 1-3 --out %s", data, path);
+        program_expect_failure(1, kept[i], "not an earlier result", n_entries);
+    }
+    TEST_ASSERT_EQUAL_INT(0, program_run(MATCH " --max-disparity 64", data, data, out)->status);
+    n_entries = shef_test_temp_count();
+
+    snprintf(path, sizeof path, "%s", in_data("bias.json"));
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_file_replace(path, bias, sizeof bias - 1, NULL));
+    program_run("align fit --data %s --max-disparity 32 --out %s", data, path);
+    program_expect_failure(1, "bias.json", "not an earlier result", n_entries);
+    TEST_ASSERT_EQUAL_INT(
+        0, program_run("bias fit --data %s --max-disparity 32 --pairs 1-3 --out %s", data, path)
+               ->status);
+    program_run("align fit --data %s --max-disparity 32 --out %s", data, data);
+    program_expect_failure(1, "is a folder", "--out", n_entries);
+}
+
 static void test_table_needs_truth(void)
 {
     char gt[4200];
@@ -274,6 +302,7 @@ int main(void)
     RUN_TEST(test_field_file_of_the_wrong_kind_or_size);
     RUN_TEST(test_paper_modes_cannot_align_themselves);
     RUN_TEST(test_bias_needs_truth);
+    RUN_TEST(test_fit_overwrites_nothing_but_its_own_kind);
     RUN_TEST(test_table_needs_truth);
     RUN_TEST(test_wrong_command_lines_exit_with_2);
     return UNITY_END();

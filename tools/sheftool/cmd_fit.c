@@ -1,5 +1,6 @@
 /* sheftool align fit, bias fit: the smooth fields that `match` takes as files. */
 #include <stdio.h>
+#include <sys/stat.h>
 
 #include "core/cpu.h"
 #include "pipeline/field_file.h"
@@ -88,6 +89,26 @@ static enum shef_err open_data(const struct settings *settings, struct shef_data
     return shef_dataset_open(dataset, &place, err);
 }
 
+/* Refuses to overwrite a file that is not an earlier field of the same kind. Looked at before the
+ * work starts. Pipes and devices are written to as they are. */
+static enum shef_err check_place(const char *path, const char *kind, struct shef_error *err)
+{
+    struct shef_smooth_field earlier;
+    struct stat info;
+
+    if (stat(path, &info) != 0)
+        return SHEF_OK; /* new, or the writer says what is wrong with the folder */
+    if (S_ISDIR(info.st_mode))
+        return shef_fail(err, SHEF_ERR_INVALID,
+                         "'%s' is a folder; give --out the name of a file in it", path);
+    if (S_ISREG(info.st_mode) && shef_field_file_read(path, kind, &earlier, NULL) != SHEF_OK)
+        return shef_fail(err, SHEF_ERR_INVALID,
+                         "'%s' exists and is not an earlier result of this command; name another "
+                         "file for --out, or remove it first",
+                         path);
+    return SHEF_OK;
+}
+
 static void print_field(const char *what, const struct shef_smooth_field *field, const char *path)
 {
     printf("%s, X and Y from -1 to 1 about the centre:\n", what);
@@ -105,8 +126,10 @@ static enum shef_err run_align(const void *opaque, struct shef_error *err)
     struct shef_dataset dataset = { .frame_edges = "" };
     struct shef_smooth_field field;
     double spread_px;
-    enum shef_err code = open_data(settings, &dataset, err);
+    enum shef_err code = check_place(settings->out, SHEF_FIELD_KIND_ALIGN, err);
 
+    if (code == SHEF_OK)
+        code = open_data(settings, &dataset, err);
     if (code == SHEF_OK)
         code = shef_fit_alignment(&dataset, &how, &field, &spread_px, err);
     if (code == SHEF_OK)
@@ -164,8 +187,10 @@ static enum shef_err run_bias(const void *opaque, struct shef_error *err)
     struct shef_dataset dataset = { .frame_edges = "" };
     struct bias_job job = { .dataset = &dataset };
     struct shef_smooth_field bias;
-    enum shef_err code = open_data(settings, &dataset, err);
+    enum shef_err code = check_place(settings->out, SHEF_FIELD_KIND_BIAS, err);
 
+    if (code == SHEF_OK)
+        code = open_data(settings, &dataset, err);
     if (code == SHEF_OK && !dataset.truth[0])
         code =
             shef_fail(err, SHEF_ERR_NOT_FOUND,
