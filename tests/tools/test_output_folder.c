@@ -143,6 +143,40 @@ static void test_files_and_nameless_folders_are_refused(void)
     expect_refused("/", "'/'");
 }
 
+static void test_link_stays_and_its_folder_takes_the_result(void)
+{
+    char link[SHEF_PATH_BYTES];
+    char with_slash[SHEF_PATH_BYTES + 1];
+    struct stat info;
+
+    make_result(shef_test_temp_path("target"), "1.pfm");
+    snprintf(link, sizeof link, "%s", shef_test_temp_path("link"));
+    snprintf(with_slash, sizeof with_slash, "%s/", link);
+    TEST_ASSERT_EQUAL_INT(0, symlink("target", link));
+    const int n_before = shef_test_temp_count();
+
+    make_result(link, "2.pfm");
+    TEST_ASSERT_FALSE(exists(shef_test_temp_path("target/1.pfm")));
+    TEST_ASSERT_TRUE(exists(shef_test_temp_path("target/2.pfm")));
+    make_result(with_slash, "3.pfm");
+    TEST_ASSERT_TRUE(exists(shef_test_temp_path("target/3.pfm")));
+    TEST_ASSERT_EQUAL_INT(0, lstat(link, &info));
+    TEST_ASSERT_TRUE(S_ISLNK(info.st_mode));
+    TEST_ASSERT_EQUAL_INT(n_before, shef_test_temp_count());
+}
+
+static void test_link_to_nothing_and_mount_point_are_refused(void)
+{
+    const char *link = shef_test_temp_path("dangling");
+
+    TEST_ASSERT_EQUAL_INT(0, symlink("nowhere", link));
+    const int n_before = shef_test_temp_count();
+
+    expect_refused(link, "link to a folder that does not exist");
+    expect_refused("/proc", "'/proc' is a mount point; name a folder inside it");
+    TEST_ASSERT_EQUAL_INT(n_before, shef_test_temp_count());
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -154,5 +188,7 @@ int main(void)
     RUN_TEST(test_strangers_file_in_an_inner_folder_of_ours_is_seen);
     RUN_TEST(test_empty_folder_is_taken_also_with_a_slash_at_the_end);
     RUN_TEST(test_files_and_nameless_folders_are_refused);
+    RUN_TEST(test_link_stays_and_its_folder_takes_the_result);
+    RUN_TEST(test_link_to_nothing_and_mount_point_are_refused);
     return UNITY_END();
 }

@@ -115,6 +115,49 @@ static bool find_foreign(const char *path, const char *prefix, const json_t *fil
     return found;
 }
 
+/* Follows a link to the folder it stands for, so that results go there and the link stays. */
+static enum shef_err follow_link(struct shef_output_folder *folder, struct shef_error *err)
+{
+    struct stat info;
+
+    if (lstat(folder->final, &info) != 0 || !S_ISLNK(info.st_mode))
+        return SHEF_OK;
+
+    char *target = realpath(folder->final, NULL);
+    const int os_errno = errno;
+    enum shef_err code = SHEF_OK;
+
+    if (!target && os_errno == ENOENT)
+        code = shef_fail(err, SHEF_ERR_INVALID,
+                         "'%s' is a link to a folder that does not exist; make that folder, or "
+                         "name another place for the results",
+                         folder->final);
+    else if (!target)
+        code = shef_fail_os(err, os_errno, "follow the link '%s'", folder->final);
+    else if (strlen(target) + 64 > sizeof folder->final)
+        code = shef_fail(err, SHEF_ERR_INVALID, "the path of the result folder is too long");
+    else
+        memcpy(folder->final, target, strlen(target) + 1);
+    free(target);
+    return code;
+}
+
+/* True if another file system, or another part of this one, is mounted at the folder: nothing can
+ * be renamed over it. */
+static bool is_mount_point(const char *path)
+{
+    struct statx info;
+    struct stat here;
+    struct stat above;
+    char parent[SHEF_PATH_BYTES];
+
+    if (statx(AT_FDCWD, path, 0, STATX_TYPE, &info) == 0 &&
+        (info.stx_attributes_mask & STATX_ATTR_MOUNT_ROOT))
+        return info.stx_attributes & STATX_ATTR_MOUNT_ROOT;
+    snprintf(parent, sizeof parent, "%s/..", path);
+    return stat(path, &here) == 0 && stat(parent, &above) == 0 && here.st_dev != above.st_dev;
+}
+
 static enum shef_err look_at_place(struct shef_output_folder *folder, struct shef_error *err)
 {
     struct stat info;
@@ -127,6 +170,9 @@ static enum shef_err look_at_place(struct shef_output_folder *folder, struct she
     if (!S_ISDIR(info.st_mode))
         return shef_fail(err, SHEF_ERR_INVALID,
                          "'%s' exists and is no folder; name another place for the results",
+                         folder->final);
+    if (is_mount_point(folder->final))
+        return shef_fail(err, SHEF_ERR_INVALID, "'%s' is a mount point; name a folder inside it",
                          folder->final);
     snprintf(index, sizeof index, "%s/%s", folder->final, folder->index);
 
@@ -156,8 +202,10 @@ enum shef_err shef_output_folder_open(struct shef_output_folder *out_folder, con
         n--;
     memcpy(folder.final, path, n);
 
-    enum shef_err code = look_at_place(&folder, err);
+    enum shef_err code = follow_link(&folder, err);
 
+    if (code == SHEF_OK)
+        code = look_at_place(&folder, err);
     if (code != SHEF_OK)
         return code;
 

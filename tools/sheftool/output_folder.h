@@ -3,7 +3,8 @@
  * Results are written into a hidden folder beside the final one. commit() renames it into place;
  * discard() removes it. A folder that exists is only replaced if it is empty or holds nothing but
  * an earlier result: every command writes a JSON index with the key "files", and what that list
- * names is what may be deleted. Files lie flat or one folder deep. A program that is killed
+ * names is what may be deleted. A link to a folder stays, the results go where it points. Files lie
+ * flat or one folder deep. A program that is killed
  * without a chance to clean up leaves the hidden folder `.NAME.partial-*`, never a half result.
  * Thread: main. */
 #ifndef SHEFTOOL_OUTPUT_FOLDER_H
@@ -16,7 +17,7 @@
 #include "sheftool/paths.h"
 
 struct shef_output_folder {
-    char final[SHEF_FOLDER_BYTES];   /* as the user named it, without trailing slashes */
+    char final[SHEF_FOLDER_BYTES];   /* as the user named it, links followed, no trailing slashes */
     char staging[SHEF_FOLDER_BYTES]; /* where the files are written; empty: none */
     const char *index;               /* "timing.json" */
     json_t *files;      /* array of relative names, owned until commit() or discard() */
@@ -27,7 +28,8 @@ struct shef_output_folder {
 /* Looks at the place and makes the staging folder.
  *   path   the folder to be; missing folders above it are made
  *   index  name of the JSON file that the command writes at the end
- * SHEF_ERR_INVALID: the folder holds something that is not an earlier result.
+ * SHEF_ERR_INVALID: the folder holds something that is not an earlier result, is a mount point,
+ * or is a link to nothing.
  * SHEF_ERR_NOT_FOUND, SHEF_ERR_PERMISSION, SHEF_ERR_IO: it cannot be made here. */
 SHEF_MUST_CHECK enum shef_err shef_output_folder_open(struct shef_output_folder *out_folder,
                                                       const char *path, const char *index,
