@@ -64,7 +64,7 @@ struct shef_evt_decoder {
     const struct shef_evt_kernels *kernels;
     /* Set by decode. */
     struct shef_evt_clock clock;
-    struct shef_evt_clock calm_clock; /* as it was before the latest impossible words */
+    struct shef_evt_clock_mark calm; /* time before the latest impossible words */
     struct shef_evt_sync sync;
     uint32_t low_us;    /* low bits of the last event (EVT2, 2.1) or TIME_LOW (EVT3) */
     uint32_t last_type; /* of the word before, for continuations */

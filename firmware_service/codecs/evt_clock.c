@@ -75,6 +75,14 @@ static bool confirmed(struct shef_evt_clock *clock, uint32_t value)
     return clock->n_agreeing >= N_AGREEING;
 }
 
+static enum shef_evt_tick jump(struct shef_evt_clock *clock, uint32_t value, int64_t n_steps)
+{
+    const enum shef_evt_tick tick = move(clock, value, n_steps);
+
+    clock->n_repeats = 0;
+    return tick == SHEF_EVT_TICK_AHEAD && n_steps > 1 ? SHEF_EVT_TICK_GAP : tick;
+}
+
 enum shef_evt_tick shef_evt_clock_push(struct shef_evt_clock *clock, uint32_t value)
 {
     if (!clock->known) {
@@ -94,19 +102,20 @@ enum shef_evt_tick shef_evt_clock_push(struct shef_evt_clock *clock, uint32_t va
     }
     if (!confirmed(clock, value))
         return n_steps < 0 ? SHEF_EVT_TICK_DOUBT_BACK : SHEF_EVT_TICK_DOUBT_AHEAD;
-    return shef_evt_clock_rejoin(clock, value);
+    return jump(clock, value, n_steps);
 }
 
-enum shef_evt_tick shef_evt_clock_rejoin(struct shef_evt_clock *clock, uint32_t value)
+enum shef_evt_tick shef_evt_clock_rejoin(struct shef_evt_clock *clock,
+                                         const struct shef_evt_clock_mark *mark, uint32_t value)
 {
-    if (!clock->known) {
+    if (!mark->known) {
+        clock->in_doubt = false;
+        clock->n_wraps = 0;
         start(clock, value);
         return SHEF_EVT_TICK_AHEAD;
     }
-
-    const int64_t n_steps = steps_between(clock, clock->high, value);
-    const enum shef_evt_tick tick = move(clock, value, n_steps);
-
-    clock->n_repeats = 0;
-    return tick == SHEF_EVT_TICK_AHEAD && n_steps > 1 ? SHEF_EVT_TICK_GAP : tick;
+    clock->high_us = mark->high_us;
+    clock->high = mark->high;
+    clock->n_wraps = mark->n_wraps;
+    return jump(clock, value, steps_between(clock, clock->high, value));
 }

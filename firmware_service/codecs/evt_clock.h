@@ -40,6 +40,14 @@ struct shef_evt_clock {
     bool in_doubt;
 };
 
+/* A time to go back to. */
+struct shef_evt_clock_mark {
+    int64_t high_us;
+    uint32_t high;
+    uint32_t n_wraps;
+    bool known;
+};
+
 /* What a TIME_HIGH did. */
 enum shef_evt_tick {
     SHEF_EVT_TICK_SAME,        /* nothing new */
@@ -60,8 +68,19 @@ void shef_evt_clock_init(struct shef_evt_clock *clock, int32_t n_bits, int32_t s
 /* Takes the value of one TIME_HIGH word. */
 enum shef_evt_tick shef_evt_clock_push(struct shef_evt_clock *clock, uint32_t value);
 
-/* Takes a value that resynchronisation has confirmed: no doubt, only ahead, gap or back. */
-enum shef_evt_tick shef_evt_clock_rejoin(struct shef_evt_clock *clock, uint32_t value);
+/* Goes back to a mark and takes from there a value that resynchronisation has confirmed: no doubt,
+ * only ahead, gap or back. Without a mark, time starts anew. */
+enum shef_evt_tick shef_evt_clock_rejoin(struct shef_evt_clock *clock,
+                                         const struct shef_evt_clock_mark *mark, uint32_t value);
+
+static inline void shef_evt_clock_mark(const struct shef_evt_clock *clock,
+                                       struct shef_evt_clock_mark *out_mark)
+{
+    out_mark->high_us = clock->high_us;
+    out_mark->high = clock->high;
+    out_mark->n_wraps = clock->n_wraps;
+    out_mark->known = clock->known;
+}
 
 /* Whether this stream has shown that it repeats every value, as sensors do. */
 bool shef_evt_clock_ticks(const struct shef_evt_clock *clock);

@@ -125,11 +125,12 @@ void shef_evt_take_time_high(struct shef_evt_decoder *decoder, uint32_t value)
         return;
     }
     sync->last_tick = n_words;
+    if (tick == SHEF_EVT_TICK_SAME)
+        return;
+    decoder->low_us = 0;
     decoder->stats.n_wraps = decoder->clock.n_wraps;
-    if (tick != SHEF_EVT_TICK_SAME)
-        decoder->low_us = 0;
     if (shef_evt_sync_is_calm(sync, n_words))
-        decoder->calm_clock = decoder->clock;
+        shef_evt_clock_mark(&decoder->clock, &decoder->calm);
 }
 
 void shef_evt_suspect_word(struct shef_evt_decoder *decoder)
@@ -172,14 +173,10 @@ static size_t hunt(struct shef_evt_decoder *decoder, const uint8_t *bytes, size_
     if (decoder->sync.hunting)
         return i;
 
-    /* Words out of alignment may have set the clock to anything. */
-    if (decoder->calm_clock.known)
-        decoder->clock = decoder->calm_clock;
-    else
-        decoder->clock.known = false;
     decoder->stats.n_resyncs++;
     decoder->sync.last_tick = decoder->stats.n_words;
-    note_time(decoder, shef_evt_clock_rejoin(&decoder->clock, high));
+    /* Words out of alignment may have set the clock to anything. */
+    note_time(decoder, shef_evt_clock_rejoin(&decoder->clock, &decoder->calm, high));
     decoder->stats.n_wraps = decoder->clock.n_wraps;
     decoder->low_us = 0;
     decoder->last_type = 0;

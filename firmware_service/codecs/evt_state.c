@@ -119,8 +119,8 @@ enum shef_err shef_evt_restore(struct shef_evt_decoder *decoder,
     clock->n_agreeing = state[32];
     clock->n_repeats = state[33];
     clock->n_wraps = 0;
-    decoder->calm_clock = *clock;
-    decoder->calm_clock.known = shef_evt_clock_runs(clock);
+    shef_evt_clock_mark(clock, &decoder->calm);
+    decoder->calm.known = shef_evt_clock_runs(clock);
     decoder->sync = (struct shef_evt_sync){ .last_bad_word = decoder->stats.n_words,
                                             .last_tick = decoder->stats.n_words };
     decoder->last_type = state[5];

@@ -4,6 +4,10 @@
 #include "codecs/evt_word.h"
 #include "codecs/kernels/evt_run.h"
 
+/* How far ahead words are fetched: the processor's own prefetching lags behind this loop where
+ * they come from memory (130 MB of EVT2: 1.47 to 2.10 Gev/s on Zen 5). */
+#define PREFETCH_BYTES 4096
+
 #define N_LANES 8
 
 /* Eight events from their times and their x | y_on << 16, four in each result. */
@@ -49,7 +53,8 @@ size_t shef_evt2_run_avx2(struct shef_evt_run *run, const uint8_t *words, size_t
     size_t n = 0;
 
     while (n < n_whole) {
-        const __m256i word = _mm256_loadu_si256((const __m256i *)(const void *)(words + n * 4));
+        const uint8_t *const block = words + n * 4;
+        const __m256i word = _mm256_loadu_si256((const __m256i *)(const void *)block);
         const __m256i type = _mm256_srli_epi32(word, 28);
         const __m256i x = _mm256_and_si256(_mm256_srli_epi32(word, 11), address);
         const __m256i y = _mm256_and_si256(word, address);
@@ -63,6 +68,7 @@ size_t shef_evt2_run_avx2(struct shef_evt_run *run, const uint8_t *words, size_t
         __m256i second;
 
         join(_mm256_add_epi32(high_us, low_us), _mm256_or_si256(x, y_on), &first, &second);
+        _mm_prefetch((const char *)((uintptr_t)block + PREFETCH_BYTES), _MM_HINT_T0);
         store_four(out + n, first);
         store_four(out + n + 4, second);
         last_low = low_us;

@@ -4,6 +4,10 @@
 #include "codecs/evt_word.h"
 #include "codecs/kernels/evt_run.h"
 
+/* How far ahead words are fetched: the processor's own prefetching lags behind this loop where
+ * they come from memory (130 MB of EVT2: 1.47 to 2.10 Gev/s on Zen 5). */
+#define PREFETCH_BYTES 4096
+
 #define N_LANES 16
 
 /* Writes 16 events from their times and their x | y_on << 16. */
@@ -32,7 +36,8 @@ size_t shef_evt2_run_avx512(struct shef_evt_run *run, const uint8_t *words, size
     size_t n = 0;
 
     while (n < n_whole) {
-        const __m512i word = _mm512_loadu_si512(words + n * 4);
+        const uint8_t *const block = words + n * 4;
+        const __m512i word = _mm512_loadu_si512(block);
         const __m512i x = _mm512_and_si512(_mm512_srli_epi32(word, 11), address);
         const __m512i y = _mm512_and_si512(word, address);
         const __m512i low_us = _mm512_and_si512(_mm512_srli_epi32(word, 22), low);
@@ -46,6 +51,7 @@ size_t shef_evt2_run_avx512(struct shef_evt_run *run, const uint8_t *words, size
             _mm512_slli_epi32(y, 16),
             _mm512_and_si512(_mm512_slli_epi32(word, 3), _mm512_set1_epi32(INT32_MIN)));
 
+        _mm_prefetch((const char *)((uintptr_t)block + PREFETCH_BYTES), _MM_HINT_T0);
         store_events(out + n, _mm512_add_epi32(high_us, low_us), _mm512_or_si512(x, y_on));
         last_low = low_us;
         if (ordinary == 0xffff) {
