@@ -62,6 +62,7 @@ struct shef_evt_decoder {
     uint32_t width_px;
     uint32_t height_px;
     const struct shef_evt_kernels *kernels;
+    uint32_t n_silence_max; /* words of a sensor without a TIME_HIGH */
     /* Set by decode. */
     struct shef_evt_clock clock;
     struct shef_evt_clock_mark calm; /* time before the latest impossible words */

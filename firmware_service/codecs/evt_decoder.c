@@ -19,6 +19,7 @@ void shef_evt_init(struct shef_evt_decoder *decoder, enum shef_evt_format format
         .width_px = width_px,
         .height_px = height_px,
         .kernels = shef_evt_kernels_for(features),
+        .n_silence_max = SHEF_EVT_SYNC_MAX_SILENCE_BYTES / shef_evt_word_bytes(format),
     };
     if (format == SHEF_EVT3)
         shef_evt_clock_init(&decoder->clock, SHEF_EVT3_HIGH_BITS, 1 << SHEF_EVT3_LOW_BITS, near_us);
@@ -49,15 +50,22 @@ bool shef_evt_is_ready(const struct shef_evt_decoder *decoder, struct shef_event
            high_us <= (int64_t)UINT32_MAX - LOW_US_LIMIT;
 }
 
+/* How many more words may come before the next TIME_HIGH of a sensor. */
+static uint64_t n_words_until_silence(const struct shef_evt_decoder *decoder)
+{
+    const uint64_t n_max = decoder->n_silence_max;
+    const uint64_t n_silent = decoder->stats.n_words - decoder->sync.last_tick;
+
+    if (!shef_evt_clock_ticks(&decoder->clock))
+        return UINT64_MAX;
+    return n_silent < n_max ? n_max - n_silent : 0;
+}
+
 bool shef_evt_can_take(struct shef_evt_decoder *decoder, struct shef_event_batch *batch)
 {
-    struct shef_evt_sync *sync = &decoder->sync;
-    const uint64_t n_words = decoder->stats.n_words;
-
-    if (!sync->hunting && shef_evt_clock_ticks(&decoder->clock) &&
-        n_words - sync->last_tick >= SHEF_EVT_SYNC_MAX_SILENCE)
-        shef_evt_sync_lose(sync, n_words);
-    return !sync->hunting && shef_evt_is_ready(decoder, batch);
+    if (!decoder->sync.hunting && n_words_until_silence(decoder) == 0)
+        shef_evt_sync_lose(&decoder->sync, decoder->stats.n_words);
+    return !decoder->sync.hunting && shef_evt_is_ready(decoder, batch);
 }
 
 size_t shef_evt_run(struct shef_evt_decoder *decoder, shef_evt_run_fn *kernel, const uint8_t *words,
@@ -65,12 +73,11 @@ size_t shef_evt_run(struct shef_evt_decoder *decoder, shef_evt_run_fn *kernel, c
 {
     if (!shef_evt_clock_runs(&decoder->clock))
         return 0;
-    if (shef_evt_clock_ticks(&decoder->clock)) {
-        const uint64_t n_silent = decoder->stats.n_words - decoder->sync.last_tick;
 
-        if (n_words > SHEF_EVT_SYNC_MAX_SILENCE - n_silent)
-            n_words = SHEF_EVT_SYNC_MAX_SILENCE - n_silent;
-    }
+    const uint64_t n_until_silence = n_words_until_silence(decoder);
+
+    if (n_words > n_until_silence)
+        n_words = (size_t)n_until_silence;
 
     struct shef_evt_run run = {
         .width_px = decoder->width_px,

@@ -3,7 +3,7 @@
  * A stream that lost a part of a word goes on with words that straddle true ones. Their types are
  * then nearly random: mostly a quarter and more of them do not exist, and their times contradict
  * each other. When more than one word in four is impossible for a while, or a sensor's TIME_HIGH,
- * due every 16 us, stays away for thousands of words, the decoder gives the alignment up and
+ * due every 16 us, stays away for thousands of bytes, the decoder gives the alignment up and
  * hunts: every byte position of a word keeps a score of its own, and the first at which words are
  * plausible and three TIME_HIGH follow each other wins. Works byte by byte, so slices do not
  * matter. Thread: the decoder's. */
@@ -35,9 +35,9 @@ struct shef_evt_sync {
     } places[8];
 };
 
-/* Without a TIME_HIGH for so many words, a sensor's stream has lost its alignment: at 400 MB/s,
- * more than any board sends, EVT3 has 3200 words each 16 us. */
-#define SHEF_EVT_SYNC_MAX_SILENCE 8192
+/* Without a TIME_HIGH in so many bytes, a sensor's stream has lost its alignment: at 400 MB/s, more
+ * than any board sends, 6400 bytes lie between two of them. */
+#define SHEF_EVT_SYNC_MAX_SILENCE_BYTES 16384
 
 /* Starts a hunt. */
 void shef_evt_sync_lose(struct shef_evt_sync *sync, uint64_t n_words);

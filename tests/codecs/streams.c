@@ -271,7 +271,17 @@ struct stream encode_all(struct shef_evt_encoder *encoder, const struct decoded 
         shef_event_batch_clear(&batch);
         batch.base_us = at_event < source->n_events ? source->events[at_event].t_us : 0;
         batch.reached_us = source->reached_us;
-        while (at_event < source->n_events && batch.n_events < n_batch) {
+        for (;;) {
+            if (at_trigger < source->n_triggers &&
+                source->triggers[at_trigger].n_before <= at_event) {
+                if (batch.n_triggers == SHEF_BATCH_TRIGGERS)
+                    break;
+                batch.triggers[batch.n_triggers] = source->triggers[at_trigger++];
+                batch.triggers[batch.n_triggers++].n_before = batch.n_events;
+                continue;
+            }
+            if (at_event == source->n_events || batch.n_events == n_batch)
+                break;
             const struct timed_event *event = &source->events[at_event];
             const int64_t t_us = event->t_us - batch.base_us;
 
@@ -281,13 +291,6 @@ struct stream encode_all(struct shef_evt_encoder *encoder, const struct decoded 
                 shef_event_make((uint32_t)t_us, event->x_px, event->y_px, event->on);
             batch.reached_us = event->t_us;
             at_event++;
-        }
-        while (at_trigger < source->n_triggers && batch.n_triggers < SHEF_BATCH_TRIGGERS &&
-               source->triggers[at_trigger].n_before <= at_event) {
-            struct shef_trigger trigger = source->triggers[at_trigger++];
-
-            trigger.n_before -= (uint32_t)(at_event - batch.n_events);
-            batch.triggers[batch.n_triggers++] = trigger;
         }
         do {
             code = shef_evt_encode(encoder, &batch, bytes, sizeof bytes, &n_bytes);
