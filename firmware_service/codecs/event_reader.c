@@ -209,15 +209,15 @@ static void finish(struct shef_event_reader *reader)
     if (stats->n_bytes_skipped > 0)
         add_note(reader,
                  "'%s' is damaged: %llu bytes were skipped before words could be told apart again "
-                 "(%llu times)",
+                 "(found again %llu time(s))",
                  path, (unsigned long long)stats->n_bytes_skipped,
                  (unsigned long long)stats->n_resyncs);
     if (stats->n_events == 0 && stats->n_triggers == 0)
         add_note(reader, "'%s' holds no event in the %llu bytes after its header", path,
                  (unsigned long long)stats->n_bytes);
     if (stats->n_wraps > 0)
-        add_note(reader, "'%s': the camera's clock wrapped %llu times, which was counted on", path,
-                 (unsigned long long)stats->n_wraps);
+        add_note(reader, "'%s': the camera's clock wrapped %llu time(s), which was counted on",
+                 path, (unsigned long long)stats->n_wraps);
 }
 
 /* Puts a trigger into the batch where its time belongs. */
@@ -283,6 +283,9 @@ enum shef_err shef_event_reader_next(struct shef_event_reader *reader,
     while (!reader->has_ended) {
         const enum shef_err code = shef_byte_source_fill(source, reader->path, err);
 
+        /* What the batch already holds goes out first; the next call fails. */
+        if (code != SHEF_OK && (batch->n_events > 0 || batch->n_triggers > 0))
+            break;
         if (code != SHEF_OK)
             return code;
 

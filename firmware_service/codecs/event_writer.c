@@ -276,14 +276,18 @@ enum shef_err shef_event_writer_write(struct shef_event_writer *writer,
 
 enum shef_err shef_event_writer_close(struct shef_event_writer *writer, struct shef_error *err)
 {
+    const bool has_triggers = writer->triggers.file != NULL;
     enum shef_err code = writer->failure;
 
     if (code == SHEF_OK)
         code = commit(&writer->triggers, err);
     else if (err)
         *err = writer->failure_text;
-    if (code == SHEF_OK)
+    if (code == SHEF_OK) {
         code = commit(&writer->events, err);
+        if (code != SHEF_OK && has_triggers)
+            unlink(writer->triggers.path);
+    }
     shef_event_writer_abandon(writer);
     return code;
 }

@@ -276,7 +276,7 @@ static void test_the_wrap_of_the_cameras_clock_is_noted(void)
     write_scene(path, &evt3_config);
     read_all(path);
     expect_same_events(&scene, &decoded);
-    TEST_ASSERT_TRUE(has_note("clock wrapped 1 times"));
+    TEST_ASSERT_TRUE(has_note("clock wrapped 1 time(s)"));
     unlink(path);
 }
 
