@@ -218,6 +218,44 @@ static bool take_record(struct shef_dat_decoder *decoder, const uint8_t *record,
     return true;
 }
 
+/* Takes version 2 events for as long as time goes on within the batch's reach and places lie inside
+ * the sensor. Returns how many; take_record() takes the next one. */
+static size_t take_ordinary(struct shef_dat_decoder *decoder, const uint8_t *records,
+                            size_t n_records, struct shef_event_batch *batch)
+{
+    const uint32_t width_px = decoder->header.width_px;
+    const uint32_t height_px = decoder->header.height_px;
+    struct shef_event *const out = batch->events + batch->n_events;
+    const size_t n_room = batch->capacity - batch->n_events;
+    const int64_t offset_us = decoder->epoch_us - batch->base_us;
+    uint32_t last_us = decoder->last_us;
+    size_t i = 0;
+
+    if (decoder->header.content != SHEF_DAT_EVENTS || decoder->header.version != 2 ||
+        batch->n_events == 0 || offset_us + last_us < 0)
+        return 0;
+    if (n_records > n_room)
+        n_records = n_room;
+    for (; i < n_records; i++) {
+        const uint32_t t_us = shef_load_u32(records + i * RECORD_BYTES);
+        const uint32_t address = shef_load_u32(records + i * RECORD_BYTES + 4);
+        const uint32_t x_px = address & 0x3fff;
+        const uint32_t y_px = address >> 14 & 0x3fff;
+
+        if (t_us < last_us || t_us - last_us > HALF_RANGE_US || offset_us + t_us > UINT32_MAX ||
+            x_px >= width_px || y_px >= height_px)
+            break;
+        out[i] =
+            shef_event_make((uint32_t)(offset_us + t_us), x_px, y_px, (address >> 28 & 1) != 0);
+        last_us = t_us;
+    }
+    decoder->last_us = last_us;
+    decoder->stats.n_words += i;
+    decoder->stats.n_events += i;
+    batch->n_events += (uint32_t)i;
+    return i;
+}
+
 size_t shef_dat_decode(struct shef_dat_decoder *decoder, const uint8_t *bytes, size_t n_bytes,
                        struct shef_event_batch *batch)
 {
@@ -226,6 +264,10 @@ size_t shef_dat_decode(struct shef_dat_decoder *decoder, const uint8_t *bytes, s
     assert(batch->capacity >= 1);
     while (i < n_bytes) {
         if (decoder->n_carried == 0 && n_bytes - i >= RECORD_BYTES) {
+            i += take_ordinary(decoder, bytes + i, (n_bytes - i) / RECORD_BYTES, batch) *
+                 RECORD_BYTES;
+            if (n_bytes - i < RECORD_BYTES)
+                continue;
             if (!take_record(decoder, bytes + i, batch))
                 break;
             i += RECORD_BYTES;
