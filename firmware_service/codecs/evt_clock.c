@@ -7,8 +7,6 @@
 #define N_STEPS_AGREEING        1
 #define N_STEPS_AGREEING_SPARSE 255
 
-#define N_AGREEING 3
-
 void shef_evt_clock_init(struct shef_evt_clock *clock, int32_t n_bits, int32_t step_us,
                          int64_t near_us)
 {
@@ -72,7 +70,7 @@ static bool confirmed(struct shef_evt_clock *clock, uint32_t value)
     clock->n_agreeing = agrees ? clock->n_agreeing + 1 : 0;
     clock->candidate = value;
     clock->in_doubt = true;
-    return clock->n_agreeing >= N_AGREEING;
+    return clock->n_agreeing >= SHEF_EVT_CLOCK_N_AGREEING;
 }
 
 static enum shef_evt_tick jump(struct shef_evt_clock *clock, uint32_t value, int64_t n_steps)

@@ -23,6 +23,9 @@
 extern "C" {
 #endif
 
+/* How many more words must agree with a doubtful one. */
+#define SHEF_EVT_CLOCK_N_AGREEING 3
+
 struct shef_evt_clock {
     /* Set by init. */
     int32_t step_us;     /* 64 or 4096 */

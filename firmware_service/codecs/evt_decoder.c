@@ -131,6 +131,8 @@ void shef_evt_take_time_high(struct shef_evt_decoder *decoder, uint32_t value)
         shef_evt_sync_bad_word(sync, n_words);
         return;
     }
+    if (was_in_doubt && (tick == SHEF_EVT_TICK_GAP || tick == SHEF_EVT_TICK_BACK))
+        shef_evt_sync_forgive(sync, SHEF_EVT_CLOCK_N_AGREEING);
     sync->last_tick = n_words;
     if (tick == SHEF_EVT_TICK_SAME)
         return;

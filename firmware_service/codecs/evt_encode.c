@@ -6,8 +6,8 @@
 
 #define TICK_US 16
 
-/* How often a step back is said: once and three times more in agreement (evt_clock.c). */
-#define N_SAID_BACK 4
+/* How often a step back is said: once, and again for each word that has to agree. */
+#define N_SAID_BACK (1 + SHEF_EVT_CLOCK_N_AGREEING)
 
 /* Other readers take a short counter's jump of half its range for a step back. */
 #define EVT3_AHEAD_MAX 2047

@@ -35,6 +35,13 @@ bool shef_evt_sync_bad_word(struct shef_evt_sync *sync, uint64_t n_words)
     return true;
 }
 
+void shef_evt_sync_forgive(struct shef_evt_sync *sync, uint32_t n_words)
+{
+    const uint32_t trouble = n_words * TROUBLE_OF_A_WORD;
+
+    sync->trouble -= sync->trouble < trouble ? sync->trouble : trouble;
+}
+
 struct glimpse {
     uint32_t type;
     bool known;

@@ -49,6 +49,9 @@ bool shef_evt_sync_is_calm(const struct shef_evt_sync *sync, uint64_t n_words);
  * sync is then hunting. */
 bool shef_evt_sync_bad_word(struct shef_evt_sync *sync, uint64_t n_words);
 
+/* Takes back the last n_words words noted as impossible: others have confirmed them. */
+void shef_evt_sync_forgive(struct shef_evt_sync *sync, uint32_t n_words);
+
 /* Hunts through one byte.
  *   format    an enum shef_evt_format
  *   out_high  the value of the last TIME_HIGH at the new alignment

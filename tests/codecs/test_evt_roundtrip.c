@@ -151,6 +151,26 @@ static void test_steps_back_in_time_come_back_too(void)
         }
 }
 
+static void test_events_in_random_order_come_back_too(void)
+{
+    struct shef_test_random random = shef_test_random_start();
+
+    for (size_t i = 0; i < 4; i++) {
+        start();
+        scene = scene_make((struct scene){ .width_px = 640, .height_px = 480, .n_bursts = 1000 },
+                           &random);
+        /* EVT3 can go back by a second. */
+        for (size_t j = 0; j < scene.n_events; j++)
+            scene.events[j].t_us = shef_test_random_range(&random, 0, 1000000);
+        encode(formats[i], SHEF_EVT_TICKS_SPARSE, 640, 480, 1000);
+        decoded =
+            decode_all((struct decoding){ .format = formats[i], .width_px = 640, .height_px = 480 },
+                       stream.bytes, stream.n_bytes);
+        expect_same_events(&scene, &decoded);
+        TEST_ASSERT_EQUAL_UINT64(0, decoded.stats.n_resyncs);
+    }
+}
+
 static void test_a_sensor_that_sees_nothing_still_ticks(void)
 {
     for (size_t i = 0; i < 4; i++) {
@@ -259,6 +279,7 @@ int main(void)
     RUN_TEST(test_slices_of_every_size_give_the_same);
     RUN_TEST(test_long_pauses_cross_every_wrap);
     RUN_TEST(test_steps_back_in_time_come_back_too);
+    RUN_TEST(test_events_in_random_order_come_back_too);
     RUN_TEST(test_a_sensor_that_sees_nothing_still_ticks);
     RUN_TEST(test_what_a_format_cannot_say_is_refused);
     RUN_TEST(test_rows_of_neighbours_become_vectors);
