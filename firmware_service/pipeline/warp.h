@@ -1,0 +1,113 @@
+/* Rectification of event images: where each pixel of a profile lies on the sensor, and the inverse
+ * bilinear warp that fetches it.
+ *
+ * Geometry: pixel centres at integer coordinates, x right, y down, z forward. A map is made once;
+ * warping streams and does not allocate, lock or log. A map is read-only after create() and can be
+ * used by several threads; a shift belongs to one thread at a time. */
+#ifndef SHEF_PIPELINE_WARP_H
+#define SHEF_PIPELINE_WARP_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "core/error.h"
+#include "core/image.h"
+#include "pipeline/kernels/warp.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A pinhole camera with the lens of Brown 1971, parameters as OpenCV has them. */
+struct shef_camera_model {
+    double fx_px, fy_px;
+    double cx_px, cy_px;
+    double distortion[5]; /* k1, k2, p1, p2, k3 */
+};
+
+/* One side of a rectified pair: the profile both sides share, and this side's raw camera. */
+struct shef_rectification {
+    /* The profile. */
+    int32_t width_px; /* 1..2048 */
+    int32_t height_px;
+    double f_px;
+    double cx_px, cy_px;
+    /* The raw camera. */
+    int32_t sensor_width_px; /* 1..2048 */
+    int32_t sensor_height_px;
+    struct shef_camera_model camera;
+    double r_camera_rectified[9]; /* turns rectified directions into the camera's, row by row */
+};
+
+/* The profiles `wide` (f 555 px, the whole event view) and `paper` (f 1301 px, the crop of the
+ * authors' data), 640 x 480, on an ideal, aligned 640 x 480 sensor of f 555 px. A calibration
+ * replaces the camera and the rotation. */
+struct shef_rectification shef_rectification_wide(void);
+struct shef_rectification shef_rectification_paper(void);
+
+/* Where a rectified pixel lies on the sensor, in its pixels.
+ * Returns false where the lens model sees nothing: behind the camera, or past the radius at which
+ * its distortion would fold back. */
+bool shef_rectification_project(const struct shef_rectification *rectification, double x_px,
+                                double y_px, double *out_x_px, double *out_y_px);
+
+/* The map in the form the warp reads it: nodes every SHEF_WARP_SEGMENT_PX along each row. */
+struct shef_warp_map {
+    struct shef_rectification rectification;
+    struct shef_warp_node *nodes; /* n_segments + 1 a row */
+    int32_t n_segments;           /* of a row, the last one possibly beyond its end */
+    double max_error_px;          /* of positions between nodes */
+};
+
+/* Makes a map; between nodes it is off by at most 0.05 px of the sensor.   Thread: setup.
+ * SHEF_ERR_INVALID: sizes or focal lengths out of range, or a lens that bends rows more than the
+ * nodes can follow. SHEF_ERR_NO_MEMORY. Nothing was allocated. */
+SHEF_MUST_CHECK enum shef_err shef_warp_map_create(struct shef_warp_map *out_map,
+                                                   const struct shef_rectification *rectification,
+                                                   struct shef_error *err);
+
+/* A zeroed map is allowed. */
+void shef_warp_map_destroy(struct shef_warp_map *map);
+
+/* A small offset of where the map fetches from, one for each SHEF_WARP_OFFSET_PX square. */
+struct shef_warp_shift {
+    struct shef_warp_node *offsets; /* n_columns a row of squares */
+    double *jacobians;              /* sensor px per rectified px at the squares' centres: 4 each */
+    int32_t n_columns;
+    int32_t n_rows;
+    double f_px;
+    double cx_px, cy_px;
+};
+
+/* Makes a shift of zero for this map.                                      Thread: setup. */
+SHEF_MUST_CHECK enum shef_err shef_warp_shift_create(struct shef_warp_shift *out_shift,
+                                                     const struct shef_warp_map *map,
+                                                     struct shef_error *err);
+
+/* A zeroed shift is allowed. */
+void shef_warp_shift_destroy(struct shef_warp_shift *shift);
+
+/* Moves what is seen by this much along the image flow, the same way everywhere in sensor pixels:
+ * this undoes a lag of that size.
+ *   camera_velocity  translation of the rectified camera over the scene, x y z, any unit. Only its
+ *                    direction counts, not the depth. All zero: no shift.
+ *   lag_px           in pixels of the sensor, 0..8 */
+void shef_warp_shift_set(struct shef_warp_shift *shift, const double camera_velocity[3],
+                         double lag_px);
+
+/* Warps an image of the sensor's size to one of the profile's.
+ *   shift   NULL: none
+ *   source  within +-32767; SHEF_WARP_PAD_BYTES readable behind its last row; rows a whole number
+ *           of pixels apart
+ *   out     rows at least width rounded up to whole segments; pixels the sensor does not see are
+ *           zero */
+void shef_warp_run(const struct shef_warp_map *map, const struct shef_warp_kernel *kernel,
+                   const struct shef_warp_shift *shift, struct shef_image_i16 source,
+                   struct shef_image_i16 out);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
