@@ -73,10 +73,11 @@ SHEF_MUST_CHECK enum shef_err shef_filter_set_gains(struct shef_filter *filter,
 
 /* Applies events in their order up to the first one later than `until`.
  *   base_us  what the events' times count from
- * Returns how many events were used up, n_events if none is later. Events outside the sensor are
- * left out and counted. So are times that leave the stream's course (back by more than
- * back_step_us, or ahead by more than 10 s) until SHEF_FILTER_CONFIRMATIONS of them in a row
- * agree: then time goes on from there, after a step back with all levels zero (a new epoch). */
+ * Returns how many events were used up: all, unless one is later, or a new epoch has begun with the
+ * last one used. Events outside the sensor are left out and counted. So are times that leave the
+ * stream's course (back by more than back_step_us, or ahead by more than 10 s) until
+ * SHEF_FILTER_CONFIRMATIONS of them in a row agree: then time goes on from there, after a step back
+ * with all levels zero, which is a new epoch. */
 #define SHEF_FILTER_CONFIRMATIONS 16
 SHEF_MUST_CHECK uint32_t shef_filter_apply(struct shef_filter *filter,
                                            const struct shef_event *events, uint32_t n_events,

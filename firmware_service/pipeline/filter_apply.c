@@ -165,7 +165,6 @@ static void start_time(struct shef_filter *filter, int64_t t_us)
         forget(filter, t_us);
     }
     filter->newest_us = t_us;
-    filter->n_strays_in_a_row = 0;
 }
 
 /* Rows whose levels have died get a fresh time, so that no age ever leaves 32 bits. */
@@ -189,31 +188,42 @@ static void sweep(struct shef_filter *filter)
     }
 }
 
-/* The chunk needs a look at each event. Returns how many were used up. */
+/* The chunk needs a look at each event. Returns how many were used up; sets *out_is_done where the
+ * caller has to know before it goes on. */
 static uint32_t apply_each(struct shef_filter *filter, const struct shef_event *events, uint32_t n,
-                           int64_t base_us, int64_t until_us)
+                           int64_t base_us, int64_t until_us, bool *out_is_done)
 {
+    const uint32_t n_epochs = filter->stats.n_epochs;
+
     for (uint32_t i = 0; i < n; i++) {
         const int64_t t_us = base_us + events[i].t_us;
+        const uint32_t y_px = shef_event_y_px(events[i]);
 
-        if (!shef_filter_is_on_sensor(filter, events[i].x_px, shef_event_y_px(events[i]))) {
+        if (!shef_filter_is_on_sensor(filter, events[i].x_px, y_px)) {
             filter->stats.n_outside++;
             continue;
         }
-        if (is_on_course(filter, t_us, t_us)) {
-            filter->n_strays_in_a_row = 0;
-        } else if (!is_confirmed(filter, t_us)) {
+
+        const bool is_stray = !is_on_course(filter, t_us, t_us);
+
+        if (is_stray && !is_confirmed(filter, t_us)) {
             filter->stats.n_strays++;
             continue;
-        } else if (t_us <= until_us) {
-            start_time(filter, t_us);
         }
-        if (t_us > until_us)
+        if (t_us > until_us) {
+            *out_is_done = true;
             return i;
-        filter->pixels[0] =
-            shef_event_y_px(events[i]) * (uint32_t)filter->params.width_px + events[i].x_px;
+        }
+        if (is_stray)
+            start_time(filter, t_us);
+        filter->n_strays_in_a_row = 0;
+        filter->pixels[0] = y_px * (uint32_t)filter->params.width_px + events[i].x_px;
         update(filter, events + i, 1, base_us);
         filter->newest_us = t_us > filter->newest_us ? t_us : filter->newest_us;
+        if (filter->stats.n_epochs != n_epochs) {
+            *out_is_done = true;
+            return i + 1;
+        }
     }
     return n;
 }
@@ -222,9 +232,10 @@ uint32_t shef_filter_apply(struct shef_filter *filter, const struct shef_event *
                            uint32_t n_events, int64_t base_us, shef_event_time until)
 {
     const int64_t until_us = shef_filter_whole_us(until);
+    bool is_done = false;
     uint32_t i = 0;
 
-    while (i < n_events) {
+    while (i < n_events && !is_done) {
         const uint32_t n = n_events - i < SHEF_FILTER_CHUNK ? n_events - i : SHEF_FILTER_CHUNK;
         const struct survey survey = take_survey(filter, events + i, n);
         const int64_t last_us = base_us + survey.last_us;
@@ -235,11 +246,7 @@ uint32_t shef_filter_apply(struct shef_filter *filter, const struct shef_event *
             filter->n_strays_in_a_row = 0;
             i += n;
         } else {
-            const uint32_t n_used = apply_each(filter, events + i, n, base_us, until_us);
-
-            i += n_used;
-            if (n_used < n)
-                break;
+            i += apply_each(filter, events + i, n, base_us, until_us, &is_done);
         }
         sweep(filter);
     }

@@ -53,18 +53,23 @@ void shef_test_model_apply(struct shef_test_model *model, struct shef_event even
     model->sums[pixel] += lrint(gain * SHEF_FILTER_VALUE_STEP);
 }
 
+void shef_test_model_compare_pixel(struct shef_test_model *model, const struct shef_filter *filter,
+                                   int32_t x_px, int32_t y_px, int64_t at_us)
+{
+    const double expected_c = shef_test_model_level(model, x_px, y_px, at_us);
+    const double actual_c =
+        (double)shef_filter_level(filter, x_px, y_px, shef_test_us(at_us)) / SHEF_FILTER_LEVEL_STEP;
+
+    model->worst_c = fmax(model->worst_c, fabs(actual_c - expected_c));
+    model->largest_c = fmax(model->largest_c, fabs(expected_c));
+}
+
 void shef_test_model_compare(struct shef_test_model *model, const struct shef_filter *filter,
                              int64_t at_us)
 {
     for (int32_t y = 0; y < model->params.height_px; y++)
-        for (int32_t x = 0; x < model->params.width_px; x++) {
-            const double expected_c = shef_test_model_level(model, x, y, at_us);
-            const double actual_c = (double)shef_filter_level(filter, x, y, shef_test_us(at_us)) /
-                                    SHEF_FILTER_LEVEL_STEP;
-
-            model->worst_c = fmax(model->worst_c, fabs(actual_c - expected_c));
-            model->largest_c = fmax(model->largest_c, fabs(expected_c));
-        }
+        for (int32_t x = 0; x < model->params.width_px; x++)
+            shef_test_model_compare_pixel(model, filter, x, y, at_us);
 }
 
 struct shef_filter *shef_test_filter(const struct shef_filter_params *params)

@@ -26,7 +26,9 @@ void shef_test_model_apply(struct shef_test_model *model, struct shef_event even
 double shef_test_model_level(const struct shef_test_model *model, int32_t x_px, int32_t y_px,
                              int64_t at_us);
 
-/* Compares every pixel's level at an instant and keeps the largest difference. */
+/* Compares one pixel's level, or every pixel's, at an instant and keeps the largest difference. */
+void shef_test_model_compare_pixel(struct shef_test_model *model, const struct shef_filter *filter,
+                                   int32_t x_px, int32_t y_px, int64_t at_us);
 void shef_test_model_compare(struct shef_test_model *model, const struct shef_filter *filter,
                              int64_t at_us);
 
