@@ -52,11 +52,13 @@ static inline void simple_segment(int16_t *out_values, const struct shef_warp_se
     const __m256i y_q16 = positions(segment->y_q16, segment->dy_q16);
     const __m256i x = _mm256_srai_epi32(x_q16, 16);
     const __m256i x_weights = weights(x_q16);
-    /* Each half counts its columns from its own first pixel. */
+    /* Each half counts its columns from its own first pixel. Four bytes fetch two columns. */
     const __m256i column = _mm256_sub_epi32(x, _mm256_shuffle_epi32(x, 0));
-    const __m256i byte = _mm256_mullo_epi16(column, _mm256_set1_epi32(0x0202));
-    const __m256i shuffle = _mm256_add_epi32(_mm256_or_si256(byte, _mm256_slli_epi32(byte, 16)),
-                                             _mm256_set1_epi32(0x03020100));
+    const __m256i first_byte =
+        _mm256_shuffle_epi8(_mm256_add_epi32(column, column),
+                            _mm256_setr_epi8(0, 0, 0, 0, 4, 4, 4, 4, 8, 8, 8, 8, 12, 12, 12, 12, 0,
+                                             0, 0, 0, 4, 4, 4, 4, 8, 8, 8, 8, 12, 12, 12, 12));
+    const __m256i shuffle = _mm256_add_epi32(first_byte, _mm256_set1_epi32(0x03020100));
     const int32_t low_x = segment->x_q16 >> 16;
     const int32_t high_x = (segment->x_q16 + (segment->dx_q16 * 4 >> 3)) >> 16;
     const int32_t y_first = segment->y_q16 >> 16;
@@ -92,13 +94,17 @@ static void row_avx2(int16_t *out_values, const struct shef_warp_node *nodes,
                      const struct shef_warp_source *source)
 {
     for (int32_t s = 0; s < n_segments; s++) {
-        const struct shef_warp_segment segment = shef_warp_segment_at(nodes, offsets, s);
-        int16_t *out = out_values + s * SHEF_WARP_SEGMENT_PX;
+        /* A loop without calls keeps its constants in registers. */
+        for (; s < n_segments; s++) {
+            const struct shef_warp_segment segment = shef_warp_segment_at(nodes, offsets, s);
 
-        if (shef_warp_is_simple(&segment, source))
-            simple_segment(out, &segment, source);
-        else
-            shef_warp_kernel_c.row(out, nodes + s, offsets + s / 2, 1, source);
+            if (!shef_warp_is_simple(&segment, source))
+                break;
+            simple_segment(out_values + s * SHEF_WARP_SEGMENT_PX, &segment, source);
+        }
+        if (s < n_segments)
+            shef_warp_kernel_c.row(out_values + s * SHEF_WARP_SEGMENT_PX, nodes + s,
+                                   offsets + s / 2, 1, source);
     }
 }
 

@@ -102,19 +102,18 @@ static void row_avx512(int16_t *out_values, const struct shef_warp_node *nodes,
                        const struct shef_warp_source *source)
 {
     for (int32_t s = 0; s < n_segments; s += 2) {
-        int16_t *out = out_values + s * SHEF_WARP_SEGMENT_PX;
-
-        if (s + 1 < n_segments) {
+        /* A loop without calls keeps its constants in registers. */
+        for (; s + 1 < n_segments; s += 2) {
             const struct shef_warp_segment a = shef_warp_segment_at(nodes, offsets, s);
             const struct shef_warp_segment b = shef_warp_segment_at(nodes, offsets, s + 1);
 
-            if (are_simple(&a, &b, source)) {
-                simple_segments(out, &a, &b, source);
-                continue;
-            }
+            if (!are_simple(&a, &b, source))
+                break;
+            simple_segments(out_values + s * SHEF_WARP_SEGMENT_PX, &a, &b, source);
         }
-        shef_warp_kernel_avx2.row(out, nodes + s, offsets + s / 2,
-                                  n_segments - s < 2 ? n_segments - s : 2, source);
+        if (s < n_segments)
+            shef_warp_kernel_avx2.row(out_values + s * SHEF_WARP_SEGMENT_PX, nodes + s,
+                                      offsets + s / 2, n_segments - s < 2 ? 1 : 2, source);
     }
 }
 
