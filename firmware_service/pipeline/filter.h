@@ -95,7 +95,7 @@ void shef_filter_read_sums(const struct shef_filter *filter, struct shef_image_i
 
 /* Adds a share of what the running sums gained since they were last read:
  *   values += weight * (sums - before), saturating;  before = sums
- * Masked pixels become zero.
+ * Exact for pixels that gained less than 128 contrast steps. Masked pixels become zero.
  *   weight  0..1, rounded to 2^-15 */
 void shef_filter_accrue_sums(const struct shef_filter *filter, double weight,
                              struct shef_image_i16 values, struct shef_image_i16 before);
