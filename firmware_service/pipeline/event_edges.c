@@ -12,16 +12,23 @@
 #define MARGIN          64 /* values before and after a row of magnitudes */
 #define ROUND_UP(n, to) (((n) + (to)-1) / (to) * (to))
 
+struct box {
+    int32_t first_x, first_y;
+    int32_t width_px, height_px;
+};
+
 struct shef_event_edges {
     /* Set by create, then read-only. */
     struct shef_event_edges_params params;
     const struct shef_warp_map *map;
     const struct shef_warp_kernel *warp;
     const struct shef_edge_kernels *kernels;
-    int32_t floor; /* in 1/256 contrast step */
+    int32_t floor;    /* in 1/256 contrast step */
+    struct box shown; /* the sensor's pixels that the profile shows */
     /* Of the current map. */
-    int16_t *difference; /* of a pair, on the sensor's pixels, padded for the warp */
-    int16_t *pixels;     /* rectified */
+    int16_t *sensor_pixels;       /* padded for the warp */
+    struct shef_image_i16 sensor; /* of a pair the difference; of a graded map clipped values */
+    int16_t *pixels;              /* rectified */
     struct shef_image_i16 values;
     int16_t *magnitudes; /* thin maps: three rows, with margins */
     size_t magnitude_stride;
@@ -52,6 +59,33 @@ static enum shef_err check_params(const struct shef_event_edges_params *p, struc
     return SHEF_OK;
 }
 
+static int32_t clamped(int32_t value, int32_t last)
+{
+    return value < 0 ? 0 : value > last ? last : value;
+}
+
+/* The sensor's pixels that the map's nodes enclose. */
+static struct box shown_box(const struct shef_warp_map *map)
+{
+    const struct shef_rectification *r = &map->rectification;
+    const size_t n_nodes = (size_t)r->height_px * (size_t)(map->n_segments + 1);
+    int32_t first_x = INT32_MAX;
+    int32_t first_y = INT32_MAX;
+    int32_t last_x = 0;
+    int32_t last_y = 0;
+
+    for (size_t i = 0; i < n_nodes; i++) {
+        const int32_t x = clamped(map->nodes[i].x_q16 >> 16, r->sensor_width_px - 1);
+        const int32_t y = clamped(map->nodes[i].y_q16 >> 16, r->sensor_height_px - 1);
+
+        first_x = x < first_x ? x : first_x;
+        first_y = y < first_y ? y : first_y;
+        last_x = x > last_x ? x : last_x;
+        last_y = y > last_y ? y : last_y;
+    }
+    return (struct box){ first_x, first_y, last_x - first_x + 1, last_y - first_y + 1 };
+}
+
 enum shef_err shef_event_edges_create(struct shef_event_edges **out_edges,
                                       const struct shef_warp_map *map,
                                       const struct shef_event_edges_params *params,
@@ -69,12 +103,12 @@ enum shef_err shef_event_edges_create(struct shef_event_edges **out_edges,
     struct shef_event_edges *edges = calloc(1, sizeof *edges);
 
     if (edges) {
-        edges->difference =
-            shef_memory_create(n_sensor * sizeof *edges->difference + SHEF_WARP_PAD_BYTES, 1);
+        edges->sensor_pixels =
+            shef_memory_create(n_sensor * sizeof *edges->sensor_pixels + SHEF_WARP_PAD_BYTES, 1);
         edges->pixels = shef_memory_create(stride * (size_t)r->height_px, sizeof *edges->pixels);
         edges->magnitudes = shef_memory_create(3 * magnitude_stride, sizeof *edges->magnitudes);
     }
-    if (!edges || !edges->difference || !edges->pixels || !edges->magnitudes) {
+    if (!edges || !edges->sensor_pixels || !edges->pixels || !edges->magnitudes) {
         shef_event_edges_destroy(edges);
         return shef_fail(err, SHEF_ERR_NO_MEMORY, "event edges of %d x %d px: out of memory",
                          r->width_px, r->height_px);
@@ -85,6 +119,13 @@ enum shef_err shef_event_edges_create(struct shef_event_edges **out_edges,
     edges->kernels = shef_edge_pick(cpu_features);
     edges->floor = (int32_t)lrint(params->floor_c * SHEF_FILTER_VALUE_STEP);
     edges->magnitude_stride = magnitude_stride;
+    edges->shown = shown_box(map);
+    edges->sensor = (struct shef_image_i16){
+        .data = edges->sensor_pixels,
+        .width_px = r->sensor_width_px,
+        .height_px = r->sensor_height_px,
+        .stride_bytes = r->sensor_width_px * (ptrdiff_t)sizeof *edges->sensor_pixels,
+    };
     edges->values = (struct shef_image_i16){
         .data = edges->pixels,
         .width_px = r->width_px,
@@ -99,42 +140,58 @@ void shef_event_edges_destroy(struct shef_event_edges *edges)
 {
     if (!edges)
         return;
-    free(edges->difference);
+    free(edges->sensor_pixels);
     free(edges->pixels);
     free(edges->magnitudes);
     free(edges);
 }
 
-/* How many values are at least that far from zero. */
-static uint32_t count_far(const struct shef_event_edges *edges, int32_t threshold)
+/* How many values in a box are at least that far from zero. */
+static uint32_t count_far(const struct shef_event_edges *edges, struct shef_image_i16 values,
+                          const struct box *box, int32_t threshold)
 {
     uint32_t n_far = 0;
 
-    for (int32_t y = 0; y < edges->values.height_px; y++)
-        n_far += edges->kernels->count(shef_row_i16(edges->values, y), edges->values.width_px,
-                                       threshold);
+    for (int32_t y = box->first_y; y < box->first_y + box->height_px; y++)
+        n_far +=
+            edges->kernels->count(shef_row_i16(values, y) + box->first_x, box->width_px, threshold);
     return n_far;
 }
 
 /* The highest threshold that leaves at least a share 1 - quantile above or at it, or the floor. */
-static int32_t find_threshold(const struct shef_event_edges *edges)
+static int32_t find_threshold(const struct shef_event_edges *edges, struct shef_image_i16 values,
+                              const struct box *box)
 {
-    const double n_values = (double)edges->values.height_px * edges->values.width_px;
-    const double n_wanted = (1.0 - edges->params.quantile) * n_values;
+    const double n_wanted = (1.0 - edges->params.quantile) * (double)box->height_px * box->width_px;
     int32_t low = edges->floor;
     int32_t high = INT16_MAX + 1;
 
-    if (count_far(edges, low) < n_wanted)
+    if (count_far(edges, values, box, low) < n_wanted)
         return low;
     while (high - low > 1) {
         const int32_t middle = (low + high) / 2;
 
-        if (count_far(edges, middle) >= n_wanted)
+        if (count_far(edges, values, box, middle) >= n_wanted)
             low = middle;
         else
             high = middle;
     }
     return low;
+}
+
+/* Copies values to the sensor image, clipped. Both may be the same. */
+static void clip(const struct shef_event_edges *edges, struct shef_image_i16 values, int16_t limit)
+{
+    for (int32_t y = 0; y < edges->sensor.height_px; y++) {
+        const int16_t *from = shef_row_i16(values, y);
+        int16_t *to = shef_row_i16(edges->sensor, y);
+
+        for (int32_t x = 0; x < edges->sensor.width_px; x++) {
+            const int16_t low = from[x] > -limit ? from[x] : (int16_t)-limit;
+
+            to[x] = low < limit ? low : limit;
+        }
+    }
 }
 
 static void fill_graded(const struct shef_event_edges *edges, struct shef_edge_map *out_map)
@@ -199,11 +256,19 @@ void shef_event_edges_of_values(struct shef_event_edges *edges, struct shef_imag
     assert(out_map->width_px == edges->values.width_px);
     assert(out_map->height_px == edges->values.height_px);
 
-    shef_warp_run(edges->map, edges->warp, shift, values, edges->values);
-    edges->threshold = find_threshold(edges);
-    if (out_map->kind == SHEF_EDGE_GRADED)
+    if (out_map->kind == SHEF_EDGE_GRADED) {
+        edges->threshold = find_threshold(edges, values, &edges->shown);
+        clip(edges, values, (int16_t)edges->threshold);
+        shef_warp_run(edges->map, edges->warp, shift, edges->sensor, edges->values);
         fill_graded(edges, out_map);
-    else if (edges->params.is_thin)
+        return;
+    }
+
+    const struct box all = { 0, 0, edges->values.width_px, edges->values.height_px };
+
+    shef_warp_run(edges->map, edges->warp, shift, values, edges->values);
+    edges->threshold = find_threshold(edges, edges->values, &all);
+    if (edges->params.is_thin)
         fill_ridges(edges, out_map);
     else
         fill_bits(edges, out_map);
@@ -213,13 +278,7 @@ void shef_event_edges_of_pair(struct shef_event_edges *edges, struct shef_image_
                               struct shef_image_i16 later, const struct shef_warp_shift *shift,
                               struct shef_edge_map *out_map)
 {
-    const struct shef_rectification *r = &edges->map->rectification;
-    const struct shef_image_i16 difference = {
-        .data = edges->difference,
-        .width_px = r->sensor_width_px,
-        .height_px = r->sensor_height_px,
-        .stride_bytes = r->sensor_width_px * (ptrdiff_t)sizeof *edges->difference,
-    };
+    const struct shef_image_i16 difference = edges->sensor;
 
     assert(earlier.width_px == difference.width_px && earlier.height_px == difference.height_px);
     assert(later.width_px == difference.width_px && later.height_px == difference.height_px);

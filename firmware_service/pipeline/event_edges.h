@@ -3,7 +3,9 @@
  *   unsigned  the paper's binary map: the quantile of |value| is the threshold, edges are as thick
  *             as the filter draws them; thin ones (ridges, one pixel wide) as an option
  *   ternary   the same threshold, with the sign: + where brightness rises
- *   graded    value / quantile, clipped to +-1, as int8: live data
+ *   graded    value / quantile, clipped to +-1, as int8: live data. Clipped on the sensor's pixels,
+ *             before the warp: clipping a value that the warp has spread over two pixels would
+ *             move the edge, by up to 0.3 px where events are few
  * The source is either a snapshot's filter values, to be matched with the frame's gradient along
  * the image flow, or the temporal pair: the sum of all events between two mid-exposures, to be
  * matched with the difference of the two frames' logarithms. The pair's sign needs no motion.
@@ -26,13 +28,15 @@ extern "C" {
 #endif
 
 /* How far edges in event data trail behind the true ones along the image flow, in pixels of a
- * sensor of f 555 px: the events' threshold has a dead band. Constant over speeds for one texture;
- * 0.2 for strong contrast, 0.5 for weak. Simulation of the rig, average over scenes. */
-#define SHEF_EVENT_EDGES_LAG_PX 0.29
+ * sensor of f 555 px: the events' threshold has a dead band. The same at all speeds, but not for
+ * all textures: 0.20 for strong contrast, 0.37 for weak (simulated, test_event_edges_motion). A rig
+ * measures its own from opposite passes. */
+#define SHEF_EVENT_EDGES_LAG_PX 0.26
 
 struct shef_event_edges_params {
     enum shef_edge_kind kind;
-    double quantile; /* of |value|, 0.01..0.999; the share of pixels without an edge */
+    double quantile; /* of |value|, 0.01..0.999: of rectified pixels for bits, of the sensor's
+                      * pixels that the profile shows for graded maps */
     double floor_c;  /* but a threshold of at least this many contrast steps, 0.004..100 */
     bool is_thin;    /* only with the unsigned kind */
 };
@@ -69,8 +73,9 @@ void shef_event_edges_of_pair(struct shef_event_edges *edges, struct shef_image_
                               struct shef_image_i16 later, const struct shef_warp_shift *shift,
                               struct shef_edge_map *out_map);
 
-/* What the last map was made from: rectified values in 1/256 contrast step, valid until the next
- * one is made; and its threshold, or what became +-1, in contrast steps. */
+/* What the last map was made from: rectified values in 1/256 contrast step (clipped for a graded
+ * map), valid until the next one is made; and its threshold, or what became +-1, in contrast
+ * steps. */
 struct shef_image_i16 shef_event_edges_values(const struct shef_event_edges *edges);
 double shef_event_edges_threshold_c(const struct shef_event_edges *edges);
 

@@ -8,9 +8,9 @@
 #include "pipeline/snapshot_schedule.h"
 
 /* The future half of the centred read-out: events of these intervals, in units of 1 / cutoff,
- * count with the mean of exp(-t) over their interval. Three steps correlate with the truth as well
- * as the exponential itself; measured, see the test of opposite passes. */
-static const double centred_ends[SHEF_SNAPSHOT_MAX_STEPS] = { 0.0, 0.5, 1.1, 2.0 };
+ * count with the mean of exp(-t) over their interval. Few steps correlate with the truth as well
+ * as the exponential itself. */
+static const double centred_ends[SHEF_SNAPSHOT_MAX_STEPS] = { 0.0, 0.5, 1.1, 2.0, 3.0 };
 
 struct open_snapshot {
     uint64_t number;
@@ -33,6 +33,7 @@ struct shef_snapshot_params shef_snapshot_default_params(void)
 {
     return (struct shef_snapshot_params){
         .read = SHEF_SNAPSHOT_CENTRED,
+        .n_steps = SHEF_SNAPSHOT_MAX_STEPS - 1,
         .n_snapshots = 8,
         .exposure_ns = 5 * SHEF_NS_PER_MS,
         .exposure_err_ns = 5 * SHEF_NS_PER_MS,
@@ -45,6 +46,10 @@ static enum shef_err check_params(const struct shef_snapshot_params *p, struct s
     if (p->channel < 0 || p->channel > 31)
         return shef_fail(err, SHEF_ERR_INVALID,
                          "snapshots by trigger channel %d: there are channels 0 to 31", p->channel);
+    if (p->n_steps < 1 || p->n_steps > SHEF_SNAPSHOT_MAX_STEPS - 1)
+        return shef_fail(err, SHEF_ERR_INVALID,
+                         "snapshots with %d steps after mid-exposure: there can be 1 to %d",
+                         p->n_steps, SHEF_SNAPSHOT_MAX_STEPS - 1);
     if (p->exposure_ns < 0 || p->exposure_ns > SHEF_NS_PER_S || p->exposure_err_ns < 0 ||
         p->exposure_err_ns > SHEF_NS_PER_S)
         return shef_fail(err, SHEF_ERR_INVALID,
@@ -72,8 +77,8 @@ static struct shef_snapshot_schedule_params schedule_params(
         p.n_steps = 2;
         p.step_offsets_ns[1] = lag_ns;
     } else if (params->read == SHEF_SNAPSHOT_CENTRED) {
-        p.n_steps = SHEF_SNAPSHOT_MAX_STEPS;
-        for (int i = 0; i < SHEF_SNAPSHOT_MAX_STEPS; i++)
+        p.n_steps = 1 + params->n_steps;
+        for (int i = 0; i < p.n_steps; i++)
             p.step_offsets_ns[i] = llrint(centred_ends[i] * (double)lag_ns);
     }
     return p;

@@ -19,7 +19,7 @@
 extern "C" {
 #endif
 
-#define SHEF_SNAPSHOT_MAX_STEPS   4
+#define SHEF_SNAPSHOT_MAX_STEPS   5
 #define SHEF_SNAPSHOT_MAX_RECORDS 8
 
 struct shef_snapshot_schedule_params {

@@ -198,12 +198,17 @@ static void test_the_pair_is_what_came_between_two_mid_exposures(void)
     *at(later->sums, 12, 10) = INT16_MIN;
     shef_event_edges_of_pair(edges, earlier->sums, later->sums, NULL, &edge_map);
     TEST_ASSERT_EQUAL_INT64(3, shef_edge_map_count(&edge_map));
-    TEST_ASSERT_EQUAL_INT16(512, *at(shef_event_edges_values(edges), 10, 10));
-    TEST_ASSERT_EQUAL_INT16(-256, *at(shef_event_edges_values(edges), 11, 10));
-    TEST_ASSERT_EQUAL_INT16(-32767, *at(shef_event_edges_values(edges), 12, 10));
     TEST_ASSERT_EQUAL_INT(127, edge_at(10, 10));
     TEST_ASSERT_EQUAL_INT(-127, edge_at(11, 10));
     TEST_ASSERT_EQUAL_INT(-127, edge_at(12, 10));
+    /* Values are clipped at the floor of 0.3 steps; bits are made from them as they are. */
+    TEST_ASSERT_EQUAL_INT16(77, *at(shef_event_edges_values(edges), 10, 10));
+    make(SHEF_EDGE_TERNARY);
+    shef_event_edges_of_pair(edges, earlier->sums, later->sums, NULL, &edge_map);
+    TEST_ASSERT_EQUAL_INT64(3, shef_edge_map_count(&edge_map));
+    TEST_ASSERT_EQUAL_INT16(512, *at(shef_event_edges_values(edges), 10, 10));
+    TEST_ASSERT_EQUAL_INT16(-256, *at(shef_event_edges_values(edges), 11, 10));
+    TEST_ASSERT_EQUAL_INT16(-32767, *at(shef_event_edges_values(edges), 12, 10));
 }
 
 static void test_the_shift_is_applied(void)
