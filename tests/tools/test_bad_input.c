@@ -108,6 +108,14 @@ static void test_folder_without_maps_and_folder_that_is_not_there(void)
     program_expect_failure(1, "/none'", "No such file or directory", n_entries);
 }
 
+static void test_one_folder_for_both_cameras(void)
+{
+    TEST_ASSERT_EQUAL_INT(0, symlink("frame_edge", in_data("alias")));
+    program_run("match --frame-edges %s/frame_edge --event-edges %s/alias --out %s", data, data,
+                out);
+    program_expect_failure(1, "alias' are the same folder", "event camera", n_entries);
+}
+
 static void test_file_that_is_no_png(void)
 {
     TEST_ASSERT_EQUAL(SHEF_OK, shef_file_replace(in_data("frame_edge/2.png"), "hello", 5, NULL));
@@ -289,6 +297,7 @@ int main(void)
     RUN_TEST(test_missing_event_map_is_named);
     RUN_TEST(test_missing_frame_map_is_named);
     RUN_TEST(test_folder_without_maps_and_folder_that_is_not_there);
+    RUN_TEST(test_one_folder_for_both_cameras);
     RUN_TEST(test_file_that_is_no_png);
     RUN_TEST(test_search_range_larger_than_the_image);
     RUN_TEST(test_result_folder_that_holds_other_things);

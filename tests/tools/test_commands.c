@@ -158,6 +158,76 @@ static void test_every_mode_runs_and_dense_fills_the_map(void)
     json_decref(root);
 }
 
+static void write_black(const char *path)
+{
+    struct shef_image_u8 image;
+
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_image_create_u8(&image, 160, 120, NULL));
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_png_write_u8(path, image, NULL));
+    shef_image_destroy_u8(&image);
+}
+
+static bool has_estimates(const char *path)
+{
+    struct shef_image_f32 map;
+    bool any = false;
+
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_pfm_read(path, &map, NULL));
+    for (int32_t y = 0; y < map.height_px; y++)
+        for (int32_t x = 0; x < map.width_px; x++)
+            any = any || shef_row_f32(map, y)[x] != 0;
+    shef_image_destroy_f32(&map);
+    return any;
+}
+
+static void test_match_sums_up_and_warns_of_an_empty_event_map(void)
+{
+    static const char *const more[] = { "", "--dense", "--mode paper-ds" };
+    char folder[4096];
+    char maps[4096];
+    char path[4200];
+
+    snprintf(folder, sizeof folder, "%s", program_make_data("black", 3));
+    snprintf(maps, sizeof maps, "%s", shef_test_temp_path("black-maps"));
+    const struct program_result *result = program_run(MATCH, folder, folder, maps);
+
+    TEST_ASSERT_EQUAL_INT(0, result->status);
+    TEST_ASSERT_NOT_NULL(strstr(result->out, "event maps empty: 0, saturated: 0; scene cuts: "));
+    TEST_ASSERT_NOT_NULL(strstr(result->out, "mean confidence 0."));
+    TEST_ASSERT_NULL(strstr(result->err, "empty"));
+
+    snprintf(path, sizeof path, "%s/event_edge/2.png", folder);
+    write_black(path);
+    for (int i = 0; i < 3; i++) {
+        result = program_run(MATCH " %s", folder, folder, maps, more[i]);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(0, result->status, result->err);
+        TEST_ASSERT_NOT_NULL(strstr(result->out, "event maps empty: 1"));
+        TEST_ASSERT_NOT_NULL(strstr(result->err, "1 of 3 event maps are empty (the first is pair "
+                                                 "2)"));
+        snprintf(path, sizeof path, "%s/2.pfm", maps);
+        TEST_ASSERT_FALSE(has_estimates(path));
+        snprintf(path, sizeof path, "%s/3.pfm", maps);
+        TEST_ASSERT_TRUE(has_estimates(path));
+    }
+}
+
+static void test_match_warns_of_low_confidence(void)
+{
+    char folder[4096];
+    char maps[4096];
+
+    /* The cameras swapped: no disparity is right. */
+    snprintf(folder, sizeof folder, "%s", shef_test_temp_path("swapped"));
+    program_run("synth --out %s --pairs 3", folder);
+    snprintf(maps, sizeof maps, "%s", shef_test_temp_path("swapped-maps"));
+    const struct program_result *result =
+        program_run("match --frame-edges %s/event_edge --event-edges %s/frame_edge --out %s",
+                    folder, folder, maps);
+
+    TEST_ASSERT_EQUAL_INT(0, result->status);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(result->err, "frame camera is the left one"), result->out);
+}
+
 /* Compares every map of two result folders byte by byte. */
 static void expect_same_maps(const char *a, const char *b)
 {
@@ -434,6 +504,8 @@ int main(void)
     RUN_TEST(test_match_writes_maps_confidences_pictures_and_timing);
     RUN_TEST(test_robust_finds_the_synthetic_truth_and_eval_says_so);
     RUN_TEST(test_every_mode_runs_and_dense_fills_the_map);
+    RUN_TEST(test_match_sums_up_and_warns_of_an_empty_event_map);
+    RUN_TEST(test_match_warns_of_low_confidence);
     RUN_TEST(test_threads_and_instruction_sets_do_not_change_the_maps);
     RUN_TEST(test_only_picked_pairs_are_matched);
     RUN_TEST(test_fitted_fields_are_taken_by_match);

@@ -8,6 +8,7 @@
 #include "pipeline/field_file.h"
 #include "sheftool/command.h"
 #include "sheftool/machine.h"
+#include "sheftool/match_summary.h"
 #include "sheftool/matching.h"
 #include "sheftool/output_folder.h"
 #include "sheftool/picture.h"
@@ -67,6 +68,7 @@ struct job {
     struct shef_matcher_settings how;
     struct shef_matching matching;
     struct shef_output_folder folder;
+    struct shef_match_summary summary;
     json_t *pairs; /* what is known of each pair */
 };
 
@@ -157,6 +159,7 @@ static enum shef_err write_result(void *context, const struct shef_matched *matc
             code = shef_picture_write_map(&drawing, path, err);
     }
     json_array_append_new(job->pairs, report_json(matched));
+    shef_match_summary_add(&job->summary, matched);
     return code;
 }
 
@@ -193,10 +196,14 @@ static enum shef_err match_and_write(struct job *job, struct shef_error *err)
     if (code == SHEF_OK) {
         const struct shef_timing_summary total = shef_timings_summary(&job->matching.total);
 
-        printf("%zu pairs matched with %s: %s\nper pair: median %.2f ms, p95 %.2f ms, min %.2f "
+        const size_t n_pairs = job->dataset.pairs.n;
+
+        printf("%zu pair%s matched with %s: %s\nper pair: median %.2f ms, p95 %.2f ms, min %.2f "
                "ms\n",
-               job->dataset.pairs.n, job->matching.kind->name, job->folder.final, total.median_ms,
-               total.p95_ms, total.min_ms);
+               n_pairs, n_pairs == 1 ? "" : "s", job->matching.kind->name, job->folder.final,
+               total.median_ms, total.p95_ms, total.min_ms);
+        shef_match_summary_print(&job->summary, stdout);
+        shef_match_summary_warn(&job->summary, stderr);
     }
     return code;
 }

@@ -49,6 +49,21 @@ static enum shef_err check_reverse(const struct shef_dataset *dataset, struct sh
     return SHEF_OK;
 }
 
+/* Refuses one folder given for both cameras: it would match itself everywhere, with confidence. */
+static enum shef_err check_two_folders(const struct shef_dataset *dataset, struct shef_error *err)
+{
+    struct stat frame;
+    struct stat event;
+
+    if (stat(dataset->frame_edges, &frame) != 0 || stat(dataset->event_edges, &event) != 0 ||
+        frame.st_dev != event.st_dev || frame.st_ino != event.st_ino)
+        return SHEF_OK;
+    return shef_fail(err, SHEF_ERR_INVALID,
+                     "'%s' and '%s' are the same folder; the edge maps of the frame camera and of "
+                     "the event camera lie in two",
+                     dataset->frame_edges, dataset->event_edges);
+}
+
 static enum shef_err read_lists(struct shef_dataset *dataset,
                                 const struct shef_dataset_place *place, struct shef_error *err)
 {
@@ -57,6 +72,8 @@ static enum shef_err read_lists(struct shef_dataset *dataset,
 
     if (code == SHEF_OK && place->event_edges)
         code = shef_numbered_list_read(&dataset->events, dataset->event_edges, png_only, err);
+    if (code == SHEF_OK && place->event_edges)
+        code = check_two_folders(dataset, err);
     if (code == SHEF_OK && place->event_edges && !place->pick)
         code = check_reverse(dataset, err);
     if (code == SHEF_OK && place->pick)

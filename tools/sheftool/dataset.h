@@ -37,8 +37,8 @@ struct shef_dataset_place {
 };
 
 /* Lists the folders and checks that every picked pair is complete.
- * SHEF_ERR_NOT_FOUND: a folder or a partner is missing. SHEF_ERR_INVALID, SHEF_ERR_FORMAT: see
- * the sentence. */
+ * SHEF_ERR_NOT_FOUND: a folder or a partner is missing. SHEF_ERR_INVALID: one folder is named for
+ * both cameras. SHEF_ERR_INVALID, SHEF_ERR_FORMAT: see the sentence. */
 SHEF_MUST_CHECK enum shef_err shef_dataset_open(struct shef_dataset *out_dataset,
                                                 const struct shef_dataset_place *place,
                                                 struct shef_error *err);

@@ -105,6 +105,18 @@ static enum shef_err keep_times(struct shef_matching *matching, int64_t total_ns
     return code == SHEF_OK ? SHEF_OK : shef_fail(err, code, "timings: out of memory");
 }
 
+/* The result where the event camera saw nothing: no estimate, whatever a prior would say. */
+static void clear_output(struct shef_match_output *output)
+{
+    for (int32_t y = 0; y < output->disparity.height_px; y++)
+        for (int32_t x = 0; x < output->disparity.width_px; x++)
+            shef_row_f32(output->disparity, y)[x] = 0;
+    for (int32_t y = 0; y < output->confidence.height_px; y++)
+        for (int32_t x = 0; x < output->confidence.width_px; x++)
+            shef_row_f32(output->confidence, y)[x] = 0;
+    output->report = (struct shef_robust_report){ .right_share = 0 };
+}
+
 /* Matches one pair, with the corrections that the matcher does not make itself around it. */
 static enum shef_err match_one(struct shef_matching *matching, size_t index, int64_t *out_total_ns,
                                struct shef_error *err)
@@ -117,6 +129,11 @@ static enum shef_err match_one(struct shef_matching *matching, size_t index, int
 
     if (code != SHEF_OK)
         return code;
+    if (shef_edge_map_count(event) == 0) {
+        clear_output(&matching->output);
+        *out_total_ns = 0;
+        return SHEF_OK;
+    }
     if (around && settings->align == SHEF_ALIGN_FIXED) {
         shef_edge_map_align(event, &settings->alignment, &matching->aligned);
         event = &matching->aligned;

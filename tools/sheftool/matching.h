@@ -53,7 +53,9 @@ SHEF_MUST_CHECK enum shef_err shef_matching_create(struct shef_matching *out_mat
 
 void shef_matching_destroy(struct shef_matching *matching);
 
-/* Matches all pairs in the order of their numbers, with a progress bar.
+/* Matches all pairs in the order of their numbers, with a progress bar. A pair whose event map is
+ * empty gets no estimates: it is not given to the matcher, takes 0 ms and is not counted in the
+ * times; the next pair starts without a past.
  *   what  for the bar, "matching" */
 SHEF_MUST_CHECK enum shef_err shef_matching_run(struct shef_matching *matching, const char *what,
                                                 shef_matched_fn *receive, void *context,

@@ -4,9 +4,8 @@
  * discard() removes it. A folder that exists is only replaced if it is empty or holds nothing but
  * an earlier result: every command writes a JSON index with the key "files", and what that list
  * names is what may be deleted. A link to a folder stays, the results go where it points. Files lie
- * flat or one folder deep. A program that is killed
- * without a chance to clean up leaves the hidden folder `.NAME.partial-*`, never a half result.
- * Thread: main. */
+ * flat or one folder deep. A program that is killed without a chance to clean up leaves the hidden
+ * folder `.NAME.partial-*`, never a half result. Thread: main. */
 #ifndef SHEFTOOL_OUTPUT_FOLDER_H
 #define SHEFTOOL_OUTPUT_FOLDER_H
 
