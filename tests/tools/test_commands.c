@@ -309,6 +309,16 @@ static void test_odd_sizes_are_matched_aligned_and_scored(void)
                ->status);
 }
 
+static void test_confidence_is_said_to_hold_after_the_bias(void)
+{
+    char maps[4096];
+
+    TEST_ASSERT_NOT_NULL(strstr(program_run("match --help")->out, "after the declared"));
+    snprintf(maps, sizeof maps, "%s", match("promised", ""));
+    TEST_ASSERT_NOT_NULL(strstr(program_run("eval --disparity %s --gt %s/gt", maps, data)->out,
+                                "px after the declared bias"));
+}
+
 static void test_eval_reads_16_bit_png_as_256ths_of_a_pixel(void)
 {
     struct shef_image_u16 map;
@@ -510,6 +520,7 @@ int main(void)
     RUN_TEST(test_only_picked_pairs_are_matched);
     RUN_TEST(test_fitted_fields_are_taken_by_match);
     RUN_TEST(test_odd_sizes_are_matched_aligned_and_scored);
+    RUN_TEST(test_confidence_is_said_to_hold_after_the_bias);
     RUN_TEST(test_eval_reads_16_bit_png_as_256ths_of_a_pixel);
     RUN_TEST(test_eval_of_the_truth_itself_is_free_of_errors);
     RUN_TEST(test_eval_pictures_go_beside_the_maps_and_not_between_them);

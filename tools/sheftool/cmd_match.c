@@ -247,7 +247,8 @@ const struct shef_command shef_command_match = {
     .description =
         "Matches N.png of two folders and writes, into a folder that appears whole or not at all:\n"
         "  N.pfm        disparity in px, 0 = none; left(x, y) matches right(x - d, y)\n"
-        "  N.conf.pfm   confidence 0..1: the probability of |error| <= 3 px (mode robust)\n"
+        "  N.conf.pfm   confidence 0..1: the probability of |error| <= 3 px after the declared\n"
+        "               bias, see `bias fit`; without it errors are larger (mode robust)\n"
         "  timing.json  milliseconds per stage (median, p95, min), machine, what each pair was like\n"
         "The authors' outlier filter is never applied: that is a step of `eval`.\n"
         "\n"

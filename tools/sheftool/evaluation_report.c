@@ -157,8 +157,9 @@ static void print_curve(const struct shef_density_curve *curve, FILE *out)
 static void print_confidence(const struct shef_tally *tally, FILE *out)
 {
     fprintf(out,
-            "\nConfidence as the probability of |error| <= %.0f px: expected calibration error "
-            "%.4f\n  from    to  pixels %%  promised  kept\n",
+            "\nConfidence as the probability of |error| <= %.0f px after the declared bias (maps "
+            "made without --bias\nkeep less than they promise): expected calibration error %.4f\n"
+            "  from    to  pixels %%  promised  kept\n",
             SHEF_CONFIDENT_PX, shef_tally_figures(tally).calibration_error);
     for (int i = 0; i < SHEF_N_CONFIDENCE_BINS; i++) {
         const struct shef_confidence_bin *bin = &tally->confidence[i];

@@ -45,7 +45,7 @@ struct shef_matcher_settings {
 /* Where a result goes. Images of the matcher's size. */
 struct shef_match_output {
     struct shef_image_f32 disparity;  /* px, 0 = none */
-    struct shef_image_f32 confidence; /* P(|error| <= 3 px); data NULL: not wanted */
+    struct shef_image_f32 confidence; /* P(|error| <= 3 px after the bias); data NULL: not wanted */
     int64_t stage_ns[SHEF_MATCHER_MAX_STAGES];
     struct shef_robust_report report; /* of kinds that correct */
 };
