@@ -216,7 +216,7 @@ int32_t shef_filter_level(const struct shef_filter *filter, int32_t x_px, int32_
 
     assert(shef_filter_is_on_sensor(filter, (uint32_t)x_px, (uint32_t)y_px));
     return (int32_t)shef_filter_decayed(filter, cell.level, age_us > 0 ? age_us : 0,
-                                        filter->low_bits);
+                                        filter->max_age_us, filter->low_bits);
 }
 
 void shef_filter_set_mask(struct shef_filter *filter, const uint32_t *pixels, uint32_t n_pixels)

@@ -9,9 +9,10 @@
 
 static inline int32_t saturated(int64_t level)
 {
-    if (level > INT32_MAX)
-        return INT32_MAX;
-    return (int32_t)(level < -INT32_MAX ? -INT32_MAX : level);
+    /* One branch that is the same for nearly all events, and for all of a hot pixel's. */
+    if (level != (int32_t)level)
+        return level > 0 ? INT32_MAX : -INT32_MAX;
+    return (int32_t)level;
 }
 
 /* All events are on the sensor and on course. The last two are constants where this is inlined. */
@@ -24,6 +25,7 @@ static inline __attribute__((always_inline)) void update_pixels(const struct she
     int16_t *const sums = filter->sums;
     const struct shef_filter_gain *const gains = filter->gains;
     const uint32_t *const pixels = filter->pixels;
+    const uint32_t max_age_us = filter->max_age_us;
     const int32_t level_steps[2] = { filter->level_steps[0], filter->level_steps[1] };
     const int32_t sum_steps[2] = { filter->sum_steps[0], filter->sum_steps[1] };
 
@@ -48,12 +50,34 @@ static inline __attribute__((always_inline)) void update_pixels(const struct she
             sum_step = (int32_t)((scaled + (1 << 17)) >> 18);
         }
         cells[pixel] = (struct shef_decay_cell){
-            .level =
-                saturated(shef_filter_decayed(filter, cell.level, age_us, low_bits) + level_step),
+            .level = saturated(
+                shef_filter_decayed(filter, cell.level, age_us, max_age_us, low_bits) + level_step),
             .t_us = cell.t_us + (uint32_t)age_us,
         };
         sums[pixel] = (int16_t)(uint16_t)(sums[pixel] + sum_step);
     }
+}
+
+/* Functions of their own: inlined together they run out of registers. */
+static __attribute__((noinline)) void update_plain(const struct shef_filter *filter,
+                                                   const struct shef_event *events, uint32_t n,
+                                                   uint32_t base_us)
+{
+    update_pixels(filter, events, n, base_us, SHEF_FILTER_MIN_LOW_BITS, false);
+}
+
+static __attribute__((noinline)) void update_slow(const struct shef_filter *filter,
+                                                  const struct shef_event *events, uint32_t n,
+                                                  uint32_t base_us)
+{
+    update_pixels(filter, events, n, base_us, filter->low_bits, false);
+}
+
+static __attribute__((noinline)) void update_gains(const struct shef_filter *filter,
+                                                   const struct shef_event *events, uint32_t n,
+                                                   uint32_t base_us)
+{
+    update_pixels(filter, events, n, base_us, filter->low_bits, true);
 }
 
 static void update(struct shef_filter *filter, const struct shef_event *events, uint32_t n,
@@ -62,11 +86,11 @@ static void update(struct shef_filter *filter, const struct shef_event *events, 
     for (uint32_t i = n; i < n + SHEF_FILTER_PREFETCH; i++)
         filter->pixels[i] = filter->pixels[n - 1];
     if (filter->gains)
-        update_pixels(filter, events, n, (uint32_t)base_us, filter->low_bits, true);
+        update_gains(filter, events, n, (uint32_t)base_us);
     else if (filter->low_bits == SHEF_FILTER_MIN_LOW_BITS)
-        update_pixels(filter, events, n, (uint32_t)base_us, SHEF_FILTER_MIN_LOW_BITS, false);
+        update_plain(filter, events, n, (uint32_t)base_us);
     else
-        update_pixels(filter, events, n, (uint32_t)base_us, filter->low_bits, false);
+        update_slow(filter, events, n, (uint32_t)base_us);
     filter->stats.n_events += n;
 }
 
@@ -83,20 +107,26 @@ static struct survey take_survey(struct shef_filter *filter, const struct shef_e
                                  uint32_t n)
 {
     const uint32_t width_px = (uint32_t)filter->params.width_px;
-    const uint32_t height_px = (uint32_t)filter->params.height_px;
+    const uint32_t last_x_px = width_px - 1;
+    const uint32_t last_y_px = (uint32_t)filter->params.height_px - 1;
     uint32_t *const pixels = filter->pixels;
     uint32_t before_us = events[0].t_us;
+    /* Sign bits of differences that must not be negative. A step ahead by more than half of the
+     * 32 bits looks like one back, which costs a closer look and no more. */
     uint32_t is_outside = 0;
     uint32_t steps_back = 0;
 
     for (uint32_t i = 0; i < n; i++) {
+        const uint32_t x_px = events[i].x_px;
         const uint32_t y_px = shef_event_y_px(events[i]);
 
-        pixels[i] = y_px * width_px + events[i].x_px;
-        is_outside |= (uint32_t)(events[i].x_px >= width_px) | (uint32_t)(y_px >= height_px);
-        steps_back |= events[i].t_us < before_us;
+        pixels[i] = y_px * width_px + x_px;
+        is_outside |= (last_x_px - x_px) | (last_y_px - y_px);
+        steps_back |= events[i].t_us - before_us;
         before_us = events[i].t_us;
     }
+    is_outside >>= 31;
+    steps_back >>= 31;
 
     struct survey survey = { !is_outside, !steps_back, events[0].t_us, events[n - 1].t_us };
 

@@ -61,12 +61,11 @@ static inline int64_t shef_filter_whole_us(shef_event_time time)
     return us - (time.ns < us * SHEF_NS_PER_US);
 }
 
-/* level * exp(-cutoff * age), rounded. */
+/* level * exp(-cutoff * age), rounded. The last two are filter's, in the caller's registers. */
 static inline int64_t shef_filter_decayed(const struct shef_filter *filter, int32_t level,
-                                          int32_t age_us, int low_bits)
+                                          int32_t age_us, uint32_t max_age_us, int low_bits)
 {
-    const uint32_t age =
-        (uint32_t)age_us < filter->max_age_us ? (uint32_t)age_us : filter->max_age_us;
+    const uint32_t age = (uint32_t)age_us < max_age_us ? (uint32_t)age_us : max_age_us;
     const uint64_t product =
         (uint64_t)filter->high[age >> low_bits] * filter->low[age & ((1u << low_bits) - 1)];
     const uint64_t factor = (product + (1u << 30)) >> 31;

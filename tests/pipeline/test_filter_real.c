@@ -6,6 +6,7 @@
 #include "codecs/event_reader.h"
 #include "core/cpu.h"
 #include "filter_model.h"
+#include "pipeline/hot_pixels.h"
 
 static struct shef_filter *filter;
 
@@ -71,10 +72,58 @@ static void test_a_recording_of_a_larger_sensor_does_too(void)
     expect_close_to_double("evt3_sample.raw", 219596, 3);
 }
 
+/* One pixel of this recording fires every 15 us, for all of its 50 ms. */
+static void test_the_hot_pixel_of_a_recording_is_learnt(void)
+{
+    struct shef_event_reader *reader;
+    struct shef_error err = { 0 };
+    struct shef_event_batch batch = { .capacity = SHEF_BATCH_EVENTS };
+    struct shef_hot_pixels_params params = shef_hot_pixels_default_params(640, 480);
+    struct shef_hot_pixels *hot;
+    const struct shef_hot_pixel *pixels;
+    const uint32_t *indices;
+    char path[1024];
+    bool is_found = false;
+
+    SHEF_TEST_NEEDS_DATA("events");
+    snprintf(path, sizeof path, "%s/evt2_sample.raw", shef_test_data("events"));
+    params.window_ms = 10;
+    params.limit_per_s = 20000;
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_hot_pixels_create(&hot, &params, &err));
+    TEST_ASSERT_EQUAL_MESSAGE(
+        SHEF_OK, shef_event_reader_open(path, shef_cpu_features(), &reader, &err), err.text);
+    batch.events = calloc(batch.capacity, sizeof *batch.events);
+    TEST_ASSERT_NOT_NULL(batch.events);
+    while (shef_event_reader_next(reader, &batch, &err) == SHEF_OK)
+        for (uint32_t i = 0; i < batch.n_events; i++) {
+            const shef_event_time at = shef_test_us(shef_event_batch_time_us(&batch, i));
+
+            if (shef_hot_pixels_due(hot).ns == INT64_MAX)
+                shef_hot_pixels_start(hot, at);
+            if (shef_event_time_before(shef_hot_pixels_due(hot), at))
+                shef_hot_pixels_learn(hot, shef_hot_pixels_due(hot));
+            shef_hot_pixels_count(hot, batch.events + i, 1);
+        }
+
+    const uint32_t n_hot = shef_hot_pixels_list(hot, &pixels, &indices);
+
+    for (uint32_t i = 0; i < n_hot; i++) {
+        printf("hot: (%d, %d), %.0f events a second\n", pixels[i].x_px, pixels[i].y_px,
+               (double)pixels[i].per_s);
+        is_found |= pixels[i].per_s > 50000 && pixels[i].per_s < 80000;
+    }
+    TEST_ASSERT_TRUE(is_found);
+    TEST_ASSERT_LESS_THAN_UINT32(20, n_hot);
+    free(batch.events);
+    shef_event_reader_close(reader);
+    shef_hot_pixels_destroy(hot);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_recording_with_hot_pixels_stays_close_to_double_precision);
     RUN_TEST(test_a_recording_of_a_larger_sensor_does_too);
+    RUN_TEST(test_the_hot_pixel_of_a_recording_is_learnt);
     return UNITY_END();
 }
