@@ -47,10 +47,11 @@ static const struct shef_option options[] = {
                   "score these numbers only, such as 1-16,50"),
     SHEF_OPT_REAL("truth-hole", struct settings, hole_px, "79.9", 1, 16384, "px",
                   "truth from here on is a hole for density and dense"),
-    SHEF_OPT_REAL("focal", struct settings, focal_px, "1301", 1, 100000, "px",
-                  "focal length of the maps, for depth errors"),
-    SHEF_OPT_REAL("baseline", struct settings, baseline_mm, "65.44", 0.001, 100000, "mm",
-                  "distance of the cameras, for depth errors"),
+    SHEF_OPT_REAL("focal", struct settings, focal_px, NULL, 1, 100000, "px",
+                  "focal length of the maps, for depth errors (default: scenes.json's, else 1301)"),
+    SHEF_OPT_REAL("baseline", struct settings, baseline_mm, NULL, 0.001, 100000, "mm",
+                  "distance of the cameras, for depth errors (default: scenes.json's, else "
+                  "65.44)"),
     SHEF_OPT_FLAG("json", struct settings, json, "print JSON instead of tables"),
     SHEF_OPT_FLAG("pictures", struct settings, pictures,
                   "write error pictures N.png: white right, blue too far, red too near, full "
@@ -287,16 +288,18 @@ static enum shef_err run(const void *opaque, struct shef_error *err)
 {
     const struct settings *settings = opaque;
     struct job job = { .settings = settings };
-    const struct shef_evaluation_settings how = {
+    struct shef_evaluation_settings how = {
         .protocol = (enum shef_protocol_index)settings->protocol,
         .filter =
             settings->filter == FILTER_AUTHORS ||
             (settings->filter == FILTER_BY_PROTOCOL && shef_protocols[settings->protocol].filters),
         .has_edges = settings->frame_edges != NULL,
-        .rules = { { settings->focal_px, settings->baseline_mm / 1000 }, (float)settings->hole_px },
+        .rules.hole_px = (float)settings->hole_px,
     };
     enum shef_err code = open_folders(&job, err);
 
+    how.rules.rig.focal_px = shef_scenes_focal_px(&job.scenes, settings->focal_px);
+    how.rules.rig.baseline_m = shef_scenes_baseline_mm(&job.scenes, settings->baseline_mm) / 1000;
     if (code == SHEF_OK)
         code = shef_evaluation_create(&job.evaluation, &how, &job.scenes, err);
     if (code == SHEF_OK && settings->pictures)

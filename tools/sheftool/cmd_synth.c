@@ -106,6 +106,8 @@ static enum shef_err run(const void *opaque, struct shef_error *err)
     if (code == SHEF_OK) {
         code = write_pairs(&folder, synth, how.n_pairs, saturated, err);
         json_object_set(root, "saturated", saturated);
+        json_object_set_new(root, "focal_px", json_real(SHEF_SYNTH_FOCAL_PER_WIDTH * how.width_px));
+        json_object_set_new(root, "baseline_mm", json_real(1000 * SHEF_SYNTH_BASELINE_M));
         json_object_set_new(root, "made_with",
                             json_pack("{s:i, s:i, s:i, s:I, s:f, s:f}", "pairs", how.n_pairs,
                                       "width_px", how.width_px, "height_px", how.height_px, "seed",
@@ -132,7 +134,7 @@ const struct shef_command shef_command_synth = {
         "synthetic scenes: a slanted wall, large boxes, small clutter. Both cameras see the same\n"
         "textured surfaces with exact occlusion; event edges depend on the motion, have noise and\n"
         "drop-outs. Same options, same bytes. At 640 px width the rig is the authors' (f 1301 px,\n"
-        "baseline 65.44 mm); f grows with the width.",
+        "baseline 65.44 mm); f grows with the width. scenes.json tells it to `eval` and `table`.",
     .options = options,
     .settings_bytes = sizeof(struct settings),
     .run = run,

@@ -30,10 +30,11 @@ static const struct shef_option options[] = {
                  "largest disparity searched by every method, below the width"),
     SHEF_OPT_REAL("truth-hole", struct settings, hole_px, "79.9", 1, 16384, "px",
                   "truth from here on is a hole for the dense and density figures"),
-    SHEF_OPT_REAL("focal", struct settings, focal_px, "1301", 1, 100000, "px",
-                  "focal length of the maps, for depth errors"),
-    SHEF_OPT_REAL("baseline", struct settings, baseline_mm, "65.44", 0.001, 100000, "mm",
-                  "distance of the cameras, for depth errors"),
+    SHEF_OPT_REAL("focal", struct settings, focal_px, NULL, 1, 100000, "px",
+                  "focal length of the maps, for depth errors (default: scenes.json's, else 1301)"),
+    SHEF_OPT_REAL("baseline", struct settings, baseline_mm, NULL, 0.001, 100000, "mm",
+                  "distance of the cameras, for depth errors (default: scenes.json's, else "
+                  "65.44)"),
     SHEF_OPT_END,
 };
 
@@ -82,7 +83,8 @@ static enum shef_err compare(const struct settings *settings, const struct shef_
                              struct shef_output_folder *folder, struct shef_error *err)
 {
     const struct shef_score_rules rules = {
-        { settings->focal_px, settings->baseline_mm / 1000 },
+        { shef_scenes_focal_px(&dataset->scenes, settings->focal_px),
+          shef_scenes_baseline_mm(&dataset->scenes, settings->baseline_mm) / 1000 },
         (float)settings->hole_px,
     };
     struct shef_comparison comparison;
@@ -130,8 +132,8 @@ const struct shef_command shef_command_table = {
     .description =
         "Matches every pair of a data folder with every method, on one thread, and prints one\n"
         "table in Markdown: the paper's rows (cited), our reproduction of them, the robust matcher\n"
-        "without and with a bias fitted on the other scenes, its dense read-out, and OpenCV's\n"
-        "StereoBM and StereoSGBM on the same maps; accuracy in px and as depth error in cm,\n"
+        "and OpenCV's StereoBM and StereoSGBM on the same maps, each without and with a bias fitted\n"
+        "on its own estimates of the other scenes, the dense read-out; accuracy in px and as depth error in cm,\n"
         "coverage, ms per frame; then per scene, and by confidence. With --out also as JSON, with\n"
         "all figures of `eval` for each row, and as one picture of samples and their errors.",
     .options = options,

@@ -180,7 +180,7 @@ void shef_evaluation_print(struct shef_evaluation *evaluation, FILE *out)
 
     shef_evaluation_sum_up(evaluation);
     fprintf(out,
-            "Protocol %s, %s; columns %d to width - %d\n\n"
+            "Protocol %s, %s; columns %d to width - %d;\ndepth with f = %.1f px, b = %.2f mm\n\n"
             "scene          images    RMSE   bad-p  delta1  delta2  delta3     EPE   bad-1   "
             "bad-2   bad-3   cover   depth\n"
             "                          px       %%                              px       %%      "
@@ -188,7 +188,8 @@ void shef_evaluation_print(struct shef_evaluation *evaluation, FILE *out)
             evaluation->protocol->name,
             evaluation->filter ? "the authors' outlier filter (radius 50, then 40)"
                                : "no outlier filter",
-            SHEF_FIRST_COLUMN, SHEF_LAST_MARGIN_PX);
+            SHEF_FIRST_COLUMN, SHEF_LAST_MARGIN_PX, evaluation->rules.rig.focal_px,
+            1000 * evaluation->rules.rig.baseline_m);
     for (int32_t i = 0; i < n_scenes && n_scenes > 1; i++)
         print_row(evaluation->scenes->at[i].name, &evaluation->tallies[i], out);
     print_row("all", overall, out);

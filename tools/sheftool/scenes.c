@@ -21,6 +21,29 @@ static const struct shef_scenes authors = {
     .n = 3,
 };
 
+/* Reads an optional length above 0. */
+static enum shef_err read_length(const json_t *root, const char *key, double *out_length,
+                                 const char *path, struct shef_error *err)
+{
+    const json_t *value = json_object_get(root, key);
+
+    if (!value)
+        return SHEF_OK;
+    *out_length = json_number_value(value);
+    if (*out_length > 0)
+        return SHEF_OK;
+    return shef_fail(err, SHEF_ERR_FORMAT, "'%s': \"%s\" must be a number above 0", path, key);
+}
+
+/* What synth says of itself. */
+static void read_origin(const json_t *root, struct shef_scenes *scenes)
+{
+    const json_t *seed = json_object_get(json_object_get(root, "made_with"), "seed");
+
+    scenes->is_synthetic = json_is_integer(seed);
+    scenes->seed = json_integer_value(seed);
+}
+
 enum shef_err shef_scenes_parse(struct shef_scenes *out_scenes, const char *bytes, size_t n_bytes,
                                 const char *path, struct shef_error *err)
 {
@@ -53,6 +76,11 @@ enum shef_err shef_scenes_parse(struct shef_scenes *out_scenes, const char *byte
         if (code == SHEF_OK)
             snprintf(scene->name, sizeof scene->name, "%s", name);
     }
+    if (code == SHEF_OK)
+        code = read_length(root, "focal_px", &scenes.focal_px, path, err);
+    if (code == SHEF_OK)
+        code = read_length(root, "baseline_mm", &scenes.baseline_mm, path, err);
+    read_origin(root, &scenes);
     json_decref(root);
     if (code == SHEF_OK)
         *out_scenes = scenes;
@@ -143,6 +171,20 @@ int32_t shef_scenes_of(const struct shef_scenes *scenes, int64_t number)
             return i;
     assert(!"every pair belongs to a scene");
     return 0;
+}
+
+double shef_scenes_focal_px(const struct shef_scenes *scenes, double given_px)
+{
+    if (given_px > 0)
+        return given_px;
+    return scenes->focal_px > 0 ? scenes->focal_px : SHEF_AUTHORS_FOCAL_PX;
+}
+
+double shef_scenes_baseline_mm(const struct shef_scenes *scenes, double given_mm)
+{
+    if (given_mm > 0)
+        return given_mm;
+    return scenes->baseline_mm > 0 ? scenes->baseline_mm : SHEF_AUTHORS_BASELINE_MM;
 }
 
 json_t *shef_scenes_json(const struct shef_scenes *scenes)

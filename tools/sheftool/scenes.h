@@ -7,6 +7,7 @@
 #define SHEFTOOL_SCENES_H
 
 #include <jansson.h>
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "core/error.h"
@@ -23,10 +24,19 @@ struct shef_scene {
 struct shef_scenes {
     struct shef_scene at[SHEF_MAX_SCENES];
     int32_t n;
+    double focal_px;    /* of the rectified maps; 0: not said */
+    double baseline_mm; /* 0: not said */
+    bool is_synthetic;  /* made by `sheftool synth` */
+    int64_t seed;       /* of synthetic pairs */
 };
 
+/* The authors' rig: what is taken where nothing else is said. */
+#define SHEF_AUTHORS_FOCAL_PX    1301.0
+#define SHEF_AUTHORS_BASELINE_MM 65.44
+
 /* Finds the scenes of some pairs; scenes without a pair are left out.
- *   folder  where scenes.json may lie: {"scenes": [{"name": "...", "first": 1, "last": 16}, ...]}
+ *   folder  where scenes.json may lie: {"scenes": [{"name": "...", "first": 1, "last": 16}, ...]},
+ *           optionally with "focal_px" and "baseline_mm" of the rig
  * SHEF_ERR_FORMAT: the file is there but is not that; or a pair belongs to no or to two scenes. */
 SHEF_MUST_CHECK enum shef_err shef_scenes_find(struct shef_scenes *out_scenes, const char *folder,
                                                const struct shef_numbered_list *pairs,
@@ -42,7 +52,12 @@ SHEF_MUST_CHECK enum shef_err shef_scenes_parse(struct shef_scenes *out_scenes, 
 /* The scene of a pair, 0..n-1. The pair must be one of those given to find(). */
 int32_t shef_scenes_of(const struct shef_scenes *scenes, int64_t number);
 
-/* The content of a scenes.json; NULL if out of memory. */
+/* The rig: what the user gave, else what scenes.json says, else the authors'.
+ *   given  0: nothing */
+double shef_scenes_focal_px(const struct shef_scenes *scenes, double given_px);
+double shef_scenes_baseline_mm(const struct shef_scenes *scenes, double given_mm);
+
+/* The scenes' part of a scenes.json; NULL if out of memory. */
 json_t *shef_scenes_json(const struct shef_scenes *scenes);
 
 #endif
