@@ -309,6 +309,26 @@ static void test_odd_sizes_are_matched_aligned_and_scored(void)
                ->status);
 }
 
+static void test_depth_is_computed_with_the_rig_of_the_data_unless_given(void)
+{
+    char maps[4096];
+
+    snprintf(maps, sizeof maps, "%s", match("rig", ""));
+    json_t *own = eval_json(maps, "");
+    json_t *given = eval_json(maps, "--focal 1301 --baseline 65.44");
+    const json_t *rig = json_object_get(own, "rig");
+
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1301.0 / 4, number_at(rig, "focal_px"));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 0.06544, number_at(rig, "baseline_m"));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 4,
+                              number_at(json_object_get(given, "overall"), "depth_median_cm") /
+                                  number_at(json_object_get(own, "overall"), "depth_median_cm"));
+    TEST_ASSERT_NOT_NULL(strstr(program_run("eval --disparity %s --gt %s/gt", maps, data)->out,
+                                "f = 325.2 px, b = 65.44 mm"));
+    json_decref(own);
+    json_decref(given);
+}
+
 static void test_confidence_is_said_to_hold_after_the_bias(void)
 {
     char maps[4096];
@@ -388,11 +408,19 @@ static void test_eval_pictures_go_beside_the_maps_and_not_between_them(void)
 
 static void test_table_has_every_row_and_a_picture(void)
 {
-    static const char *const rows[] = {
-        "paper D_s (cited)", "paper D_p (cited)", "paper D_c (cited)",  "paper-ds",
-        "paper-dp",          "OpenCV StereoBM",   "OpenCV StereoSGBM",  "robust",
-        "robust + bias",     "robust dense",      "robust dense + bias"
-    };
+    static const char *const rows[] = { "paper D_s (cited)",
+                                        "paper D_p (cited)",
+                                        "paper D_c (cited)",
+                                        "paper-ds",
+                                        "paper-dp",
+                                        "OpenCV StereoBM",
+                                        "OpenCV StereoSGBM",
+                                        "robust",
+                                        "OpenCV StereoBM + bias",
+                                        "OpenCV StereoSGBM + bias",
+                                        "robust + bias",
+                                        "robust dense",
+                                        "robust dense + bias" };
     char out[4096];
 
     make_data();
@@ -409,11 +437,13 @@ static void test_table_has_every_row_and_a_picture(void)
     }
     TEST_ASSERT_NOT_NULL(strstr(result->out, "| 17.24 | 40.08 | 0.6967 | 0.7641 | 0.8530 |"));
     TEST_ASSERT_NOT_NULL(strstr(result->out, "| 28945 |"));
+    TEST_ASSERT_NOT_NULL(strstr(result->out, "# Disparity on 6 synthetic edge pairs (seed 1) of "));
+    TEST_ASSERT_NOT_NULL(strstr(result->out, "f = 325 px")); /* 1301 px at 640 px width */
     TEST_ASSERT_TRUE(has_file(out, "table.md"));
     TEST_ASSERT_TRUE(has_file(out, "table.png"));
     json_t *root = load_json(out, "table.json");
 
-    TEST_ASSERT_EQUAL_size_t(11, json_array_size(json_object_get(root, "rows")));
+    TEST_ASSERT_EQUAL_size_t(13, json_array_size(json_object_get(root, "rows")));
     json_decref(root);
 }
 
@@ -520,6 +550,7 @@ int main(void)
     RUN_TEST(test_only_picked_pairs_are_matched);
     RUN_TEST(test_fitted_fields_are_taken_by_match);
     RUN_TEST(test_odd_sizes_are_matched_aligned_and_scored);
+    RUN_TEST(test_depth_is_computed_with_the_rig_of_the_data_unless_given);
     RUN_TEST(test_confidence_is_said_to_hold_after_the_bias);
     RUN_TEST(test_eval_reads_16_bit_png_as_256ths_of_a_pixel);
     RUN_TEST(test_eval_of_the_truth_itself_is_free_of_errors);

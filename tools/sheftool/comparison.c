@@ -35,23 +35,43 @@ const struct shef_row_plan shef_row_plans[SHEF_N_ROWS] = {
       .kind = &shef_matcher_stereobm,
       .protocol = SHEF_AUTHORS,
       .filter = true,
-      .align = SHEF_ALIGN_FIXED },
+      .align = SHEF_ALIGN_FIXED,
+      .gives_bias = true },
+    { .name = "OpenCV StereoBM + bias",
+      .conditions =
+          "edges, authors' filter; aligned; 6 numbers fitted with truth on its own estimates "
+          "of the other scenes",
+      .kind = &shef_matcher_stereobm,
+      .protocol = SHEF_AUTHORS,
+      .filter = true,
+      .align = SHEF_ALIGN_FIXED,
+      .bias = true },
     { .name = "OpenCV StereoSGBM",
       .conditions = "edges, authors' filter; aligned",
       .kind = &shef_matcher_stereosgbm,
       .protocol = SHEF_AUTHORS,
       .filter = true,
-      .align = SHEF_ALIGN_FIXED },
+      .align = SHEF_ALIGN_FIXED,
+      .gives_bias = true },
+    { .name = "OpenCV StereoSGBM + bias",
+      .conditions =
+          "edges, authors' filter; aligned; 6 numbers fitted with truth on its own estimates "
+          "of the other scenes",
+      .kind = &shef_matcher_stereosgbm,
+      .protocol = SHEF_AUTHORS,
+      .filter = true,
+      .align = SHEF_ALIGN_FIXED,
+      .bias = true },
     { .name = "robust",
       .conditions = "edges, authors' filter; self-aligned",
       .kind = &shef_matcher_robust,
       .protocol = SHEF_AUTHORS,
       .filter = true,
-      .align = SHEF_ALIGN_AUTO },
+      .align = SHEF_ALIGN_AUTO,
+      .gives_bias = true },
     { .name = "robust + bias",
-      .conditions =
-          "edges, authors' filter; self-aligned; 6 numbers fitted with truth on the other "
-          "scenes",
+      .conditions = "edges, authors' filter; self-aligned; 6 numbers fitted with truth on its own "
+                    "estimates of the other scenes",
       .kind = &shef_matcher_robust,
       .protocol = SHEF_AUTHORS,
       .filter = true,
@@ -164,12 +184,15 @@ static enum shef_err fit_biases(struct shef_comparison *comparison,
     const struct shef_scenes *scenes = &comparison->dataset->scenes;
     enum shef_err code = SHEF_OK;
 
+    comparison->has_bias = false;
     if (scenes->n < 2)
         return SHEF_OK;
     for (int32_t i = 0; code == SHEF_OK && i < scenes->n; i++)
         code = shef_bias_fit_without(collection, scenes->at[i].first, scenes->at[i].last,
                                      comparison->rules.hole_px, &comparison->biases[i], err);
     comparison->has_bias = code == SHEF_OK;
+    if (code == SHEF_ERR_EMPTY)
+        return SHEF_OK; /* the rows that need it say that it is missing */
     return code;
 }
 
@@ -199,23 +222,23 @@ static enum shef_err run_all(struct shef_comparison *comparison, struct shef_err
         .max_disparity_px = comparison->max_disparity_px,
         .cpu_features = comparison->cpu_features,
     };
-    struct shef_bias_collection collection = { 0 };
     enum shef_err code = shef_fit_alignment(comparison->dataset, &fit, &comparison->alignment,
                                             &comparison->alignment_spread_px, err);
 
     for (int i = 0; code == SHEF_OK && i < SHEF_N_ROWS; i++) {
         struct shef_row *row = &comparison->rows[i];
-        const bool gives_bias = row->plan->kind->corrects && !row->plan->bias && !row->plan->dense;
+        struct shef_bias_collection collection = { 0 };
 
         if (row->plan->bias && !comparison->has_bias) {
-            snprintf(row->why, sizeof row->why, "needs two scenes or more");
+            snprintf(row->why, sizeof row->why,
+                     "needs two scenes or more, with estimates enough to fit");
             continue;
         }
-        code = run_row(comparison, row, gives_bias ? &collection : NULL, err);
-        if (code == SHEF_OK && gives_bias)
+        code = run_row(comparison, row, row->plan->gives_bias ? &collection : NULL, err);
+        if (code == SHEF_OK && row->plan->gives_bias)
             code = fit_biases(comparison, &collection, err);
+        shef_bias_collection_free(&collection);
     }
-    shef_bias_collection_free(&collection);
     return code;
 }
 

@@ -34,11 +34,12 @@ struct shef_row_plan {
     bool filter;
     bool dense;
     enum shef_align_mode align;
-    bool bias;         /* fitted on all other scenes */
+    bool gives_bias;   /* the bias is fitted on its estimates; rows with .bias below it use it */
+    bool bias;         /* subtracted: fitted with truth on all other scenes */
     bool filter_timed; /* the filter is a part of the method: its first pass counts */
 };
 
-#define SHEF_N_ROWS 8
+#define SHEF_N_ROWS 10
 extern const struct shef_row_plan shef_row_plans[SHEF_N_ROWS];
 
 struct shef_row {
@@ -59,7 +60,8 @@ struct shef_comparison {
     size_t sample_index[SHEF_MAX_SCENES]; /* the pair shown of each scene, the middle one */
     struct shef_smooth_field alignment;   /* fitted on all pairs, without truth */
     double alignment_spread_px;
-    struct shef_smooth_field biases[SHEF_MAX_SCENES]; /* for each scene, from the other scenes */
+    struct shef_smooth_field biases[SHEF_MAX_SCENES]; /* for each scene, from the other scenes, of
+                                                       * the last row that gave one */
     bool has_bias;
     struct shef_row rows[SHEF_N_ROWS];
 };

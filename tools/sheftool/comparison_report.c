@@ -144,7 +144,8 @@ static void print_notes(struct shef_comparison *comparison, FILE *out)
         "px. Depth error: median of |Z - Z_true| with Z = b f / d, b = %.2f mm, f = %.0f px.\n"
         "- ms / frame: median, one thread, without files (%s). paper-dp includes its filter "
         "(%.2f ms); the paper's time is the authors' code on its own machine.\n"
-        "- search range 1 to %d px for all measured rows.\n"
+        "- search range up to %d px for all measured rows; robust searches 2, 4 and so on and "
+        "interpolates between them.\n"
         "- aligned: event maps moved down by a smooth field that was fitted on these pairs "
         "without truth: ",
         (double)comparison->rules.hole_px, 1000 * comparison->rules.rig.baseline_m,
@@ -157,7 +158,7 @@ static void print_notes(struct shef_comparison *comparison, FILE *out)
             fprintf(out, "- %s: %s.\n", comparison->rows[i].plan->name,
                     comparison->rows[i].plan->kind->describe);
     for (int32_t i = 0; comparison->has_bias && i < scenes->n; i++) {
-        fprintf(out, "- bias for %s, fitted on the other scenes: ", scenes->at[i].name);
+        fprintf(out, "- bias of robust for %s, fitted on the other scenes: ", scenes->at[i].name);
         shef_field_print(&comparison->biases[i], out);
         fprintf(out, ".\n");
     }
@@ -165,8 +166,13 @@ static void print_notes(struct shef_comparison *comparison, FILE *out)
 
 void shef_comparison_print(struct shef_comparison *comparison, FILE *out)
 {
-    fprintf(out, "# Disparity on %zu edge pairs of %d x %d px\n\n", comparison->dataset->pairs.n,
-            comparison->dataset->width_px, comparison->dataset->height_px);
+    const struct shef_dataset *dataset = comparison->dataset;
+
+    fprintf(out, "# Disparity on %zu %sedge pairs", dataset->pairs.n,
+            dataset->scenes.is_synthetic ? "synthetic " : "");
+    if (dataset->scenes.is_synthetic)
+        fprintf(out, " (seed %lld)", (long long)dataset->scenes.seed);
+    fprintf(out, " of %d x %d px\n\n", dataset->width_px, dataset->height_px);
     print_main_table(comparison, out);
     print_scene_table(comparison, out);
     print_density_table(comparison, out);
