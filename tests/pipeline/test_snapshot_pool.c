@@ -201,7 +201,9 @@ static void test_readers_see_whole_snapshots_while_the_writer_goes_on(void)
     atomic_store(&is_over, false);
     for (int i = 0; i < 2; i++)
         TEST_ASSERT_EQUAL_INT(0, pthread_create(&threads[i], NULL, read_newest, &readers[i]));
-    for (; atomic_load(&readers[0].n_read) < 2000 || atomic_load(&readers[1].n_read) < 2000;
+    /* However the threads are scheduled, all three get something done. */
+    for (; n_published < 1000 || atomic_load(&readers[0].n_read) < 2000 ||
+           atomic_load(&readers[1].n_read) < 2000;
          n_tried++) {
         n_published += publish(n_tried);
         if (n_tried % 8 == 0)
@@ -213,7 +215,6 @@ static void test_readers_see_whole_snapshots_while_the_writer_goes_on(void)
         TEST_ASSERT_NULL_MESSAGE(readers[i].complaint, readers[i].complaint);
     }
     TEST_ASSERT_EQUAL_UINT64(n_tried, n_published + shef_snapshot_pool_lost_count(pool));
-    TEST_ASSERT_GREATER_THAN_UINT64(N_SLOTS, n_published);
 }
 
 static void test_impossible_sizes_are_refused_with_a_sentence(void)
