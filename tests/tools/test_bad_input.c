@@ -89,7 +89,8 @@ static void test_missing_event_map_is_named(void)
 {
     unlink(in_data("event_edge/2.png"));
     match();
-    program_expect_failure(1, "event_edge/2.png' is missing", "--pairs", n_entries);
+    program_expect_failure(1, "event_edge/2.png' is missing, the partner of", "frame_edge/2.png'",
+                           n_entries);
 }
 
 static void test_missing_frame_map_is_named(void)
@@ -275,6 +276,13 @@ static void test_table_needs_truth(void)
     program_expect_failure(1, "has no folder gt", "truth", n_entries);
 }
 
+static void test_broken_scenes_file_is_named_by_its_short_path(void)
+{
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_file_replace(in_data("scenes.json"), "{", 1, NULL));
+    match();
+    program_expect_failure(1, in_data("scenes.json"), "is no JSON", n_entries);
+}
+
 static void test_wrong_command_lines_exit_with_2(void)
 {
     program_run("mtach");
@@ -282,7 +290,10 @@ static void test_wrong_command_lines_exit_with_2(void)
     program_run("match");
     program_expect_failure(2, "--frame-edges DIR is missing", "--help", n_entries);
     program_run("bench");
-    program_expect_failure(2, "'bench'", "--help", n_entries);
+    program_expect_failure(2, "'bench' needs a second word: correlate or frame", "--help",
+                           n_entries);
+    program_run("help mtach");
+    program_expect_failure(2, "'mtach' is no command", "--help", n_entries);
     program_run("bench correlate --window 20");
     program_expect_failure(2, "--window 20", "odd", n_entries);
     program_run("synth --out %s --pairs 0", out);
@@ -313,6 +324,7 @@ int main(void)
     RUN_TEST(test_bias_needs_truth);
     RUN_TEST(test_fit_overwrites_nothing_but_its_own_kind);
     RUN_TEST(test_table_needs_truth);
+    RUN_TEST(test_broken_scenes_file_is_named_by_its_short_path);
     RUN_TEST(test_wrong_command_lines_exit_with_2);
     return UNITY_END();
 }

@@ -265,6 +265,19 @@ static void test_only_picked_pairs_are_matched(void)
     TEST_ASSERT_FALSE(has_file(out, "1.pfm"));
 }
 
+static void test_range_of_pairs_that_is_there_in_part_is_said(void)
+{
+    char maps[4096];
+
+    make_data();
+    snprintf(maps, sizeof maps, "%s", shef_test_temp_path("part"));
+    const struct program_result *result = program_run(MATCH " --pairs 2-99", data, data, maps);
+
+    TEST_ASSERT_EQUAL_INT(0, result->status);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(result->err, "pairs 2-99: 5 of 98 present"), result->err);
+    TEST_ASSERT_NULL(strstr(program_run(MATCH " --pairs 2-6", data, data, maps)->err, "present"));
+}
+
 static void test_fitted_fields_are_taken_by_match(void)
 {
     char field[4096];
@@ -512,6 +525,10 @@ static void test_every_command_helps_and_every_option_is_in_the_manual(void)
     TEST_ASSERT_EQUAL_INT(0, program_run("--help")->status);
     TEST_ASSERT_EQUAL_INT(0, program_run("--version")->status);
     TEST_ASSERT_EQUAL_INT(0, program_run("bench --help")->status);
+    TEST_ASSERT_EQUAL_INT(0, program_run("-h")->status);
+    TEST_ASSERT_NOT_NULL(strstr(program_run("help align fit")->out, "Usage: sheftool align fit"));
+    TEST_ASSERT_NOT_NULL(strstr(program_run("help bench")->out, "Usage: sheftool bench frame"));
+    TEST_ASSERT_NOT_NULL(strstr(program_run("match -h")->out, "Usage: sheftool match"));
 }
 
 /* Last: after this every long work in this process counts as interrupted. */
@@ -548,6 +565,7 @@ int main(void)
     RUN_TEST(test_match_warns_of_low_confidence);
     RUN_TEST(test_threads_and_instruction_sets_do_not_change_the_maps);
     RUN_TEST(test_only_picked_pairs_are_matched);
+    RUN_TEST(test_range_of_pairs_that_is_there_in_part_is_said);
     RUN_TEST(test_fitted_fields_are_taken_by_match);
     RUN_TEST(test_odd_sizes_are_matched_aligned_and_scored);
     RUN_TEST(test_depth_is_computed_with_the_rig_of_the_data_unless_given);

@@ -62,6 +62,13 @@ static void print_table(const json_t *root, FILE *out)
     size_t i;
     const json_t *one;
 
+    fprintf(out, "%lld pairs (%s) of %lld x %lld px, search range %lld px, %lld rounds\n",
+            (long long)json_integer_value(json_object_get(root, "pairs")),
+            json_string_value(json_object_get(root, "pairs_from")),
+            (long long)json_integer_value(json_object_get(root, "width_px")),
+            (long long)json_integer_value(json_object_get(root, "height_px")),
+            (long long)json_integer_value(json_object_get(root, "disparities")),
+            (long long)json_integer_value(json_object_get(root, "rounds")));
     fprintf(out, "%s, %s; OpenCV %s; one thread each, cases take turns\n\n",
             json_string_value(json_object_get(machine, "cpu")),
             json_string_value(json_object_get(machine, "compiler")),
@@ -182,7 +189,8 @@ static enum shef_err run_frame(const void *settings, struct shef_error *err)
 #define HOW_IT_MEASURES                                                                            \
     "Every instruction set of this processor runs beside OpenCV's StereoBM (block 21) and\n"       \
     "StereoSGBM (block 5) on the same pairs, one thread each. The cases take turns, so that a\n"   \
-    "disturbance hits all; of a turn's two pairs the second is timed. OpenCV gets ready 8-bit images; only its matching is timed."
+    "disturbance hits all; of a turn's two pairs the second is timed. OpenCV gets ready 8-bit\n"   \
+    "images; only its matching is timed."
 
 const struct shef_command shef_command_bench_correlate = {
     .name = "bench correlate",

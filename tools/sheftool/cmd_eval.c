@@ -123,7 +123,7 @@ static enum shef_err open_folders(struct job *job, struct shef_error *err)
                                 settings->disparity, err);
     }
     if (code == SHEF_OK) {
-        snprintf(parent, sizeof parent, "%s/..", settings->truth);
+        shef_folder_above(settings->truth, parent);
         code = shef_scenes_find(&job->scenes, parent, &job->maps, err);
     }
     return code;

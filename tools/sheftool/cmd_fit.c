@@ -136,8 +136,8 @@ static enum shef_err run_align(const void *opaque, struct shef_error *err)
         code = shef_field_file_write(settings->out, SHEF_FIELD_KIND_ALIGN, &field, err);
     if (code == SHEF_OK) {
         print_field("vertical residual (event maps move down by it)", &field, settings->out);
-        printf("%zu pairs; the measured blocks are %.2f px from it (median)\n", dataset.pairs.n,
-               spread_px);
+        printf("%zu pair%s; the measured blocks are %.2f px from it (median)\n", dataset.pairs.n,
+               dataset.pairs.n == 1 ? "" : "s", spread_px);
     }
     shef_dataset_close(&dataset);
     return code;
@@ -202,7 +202,7 @@ static enum shef_err run_bias(const void *opaque, struct shef_error *err)
         code = shef_field_file_write(settings->out, SHEF_FIELD_KIND_BIAS, &bias, err);
     if (code == SHEF_OK) {
         print_field("disparity bias (estimate - truth)", &bias, settings->out);
-        printf("%zu pairs\n", dataset.pairs.n);
+        printf("%zu pair%s\n", dataset.pairs.n, dataset.pairs.n == 1 ? "" : "s");
     }
     shef_bias_collection_free(&job.collection);
     shef_dataset_close(&dataset);

@@ -119,7 +119,8 @@ static enum shef_err run(const void *opaque, struct shef_error *err)
         shef_output_folder_discard(&folder);
     }
     if (code == SHEF_OK)
-        printf("%d synthetic pairs with known truth: %s\n", how.n_pairs, settings->out);
+        printf("%d synthetic pair%s with known truth: %s\n", how.n_pairs,
+               how.n_pairs == 1 ? "" : "s", settings->out);
     json_decref(saturated);
     json_decref(root);
     shef_synth_destroy(synth);

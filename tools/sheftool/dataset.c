@@ -29,7 +29,7 @@ static enum shef_err check_partners(const struct shef_numbered_list *pairs,
     for (size_t i = 0; i < pairs->n; i++)
         if (!shef_numbered_find(partners, pairs->at[i].number))
             return shef_fail(err, SHEF_ERR_NOT_FOUND,
-                             "'%s/%" PRId64 "%s' is missing, the partner of '%s/%s'; add it or "
+                             "'%s/%" PRId64 "%s' is missing, the partner of '%s/%s.png'; add it or "
                              "leave the pair out with --pairs",
                              partner_folder, pairs->at[i].number, ending, pair_folder,
                              pairs->at[i].stem);
@@ -106,6 +106,30 @@ static enum shef_err read_size(struct shef_dataset *dataset, struct shef_error *
     return SHEF_OK;
 }
 
+void shef_folder_above(const char *folder, char *out_path)
+{
+    struct stat info;
+    char path[SHEF_PATH_BYTES];
+    size_t n = strlen(folder);
+
+    while (n > 1 && folder[n - 1] == '/')
+        n--;
+    snprintf(path, sizeof path, "%.*s", (int)n, folder);
+
+    char *slash = strrchr(path, '/');
+    const char *name = slash ? slash + 1 : path;
+
+    /* Above a link lies another folder than before its name. */
+    if (strcmp(name, ".") == 0 || strcmp(name, "..") == 0 || slash == path ||
+        (lstat(path, &info) == 0 && S_ISLNK(info.st_mode))) {
+        snprintf(out_path, SHEF_PATH_BYTES, "%.*s/..", (int)n, folder);
+        return;
+    }
+    if (slash)
+        *slash = '\0';
+    snprintf(out_path, SHEF_PATH_BYTES, "%s", slash ? path : ".");
+}
+
 enum shef_err shef_dataset_open(struct shef_dataset *out_dataset,
                                 const struct shef_dataset_place *place, struct shef_error *err)
 {
@@ -122,7 +146,7 @@ enum shef_err shef_dataset_open(struct shef_dataset *out_dataset,
     if (code == SHEF_OK)
         code = read_size(&dataset, err);
     if (code == SHEF_OK) {
-        snprintf(parent, sizeof parent, "%s/..", dataset.frame_edges);
+        shef_folder_above(dataset.frame_edges, parent);
         code = shef_scenes_find(&dataset.scenes, parent, &dataset.pairs, err);
     }
     if (code != SHEF_OK) {

@@ -76,6 +76,10 @@ SHEF_MUST_CHECK enum shef_err shef_disparity_read(const char *path, struct shef_
 SHEF_MUST_CHECK enum shef_err shef_confidence_read(const char *path, struct shef_image_f32 *out_map,
                                                    struct shef_error *err);
 
+/* The folder above another, as short as it can be said: "data" of "data/gt/", "." of "gt".
+ *   out_path  SHEF_PATH_BYTES */
+void shef_folder_above(const char *folder, char *out_path);
+
 /* SHEF_ERR_INVALID: the sizes differ; the sentence names the file. */
 SHEF_MUST_CHECK enum shef_err shef_check_size(const char *path, int32_t width_px, int32_t height_px,
                                               int32_t needed_width_px, int32_t needed_height_px,

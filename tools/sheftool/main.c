@@ -13,7 +13,8 @@ static void print_help(FILE *out)
 {
     fprintf(out, "sheftool: disparity from the edges of one frame camera and one event camera\n\n"
                  "Usage: sheftool COMMAND [OPTIONS]\n"
-                 "       sheftool COMMAND --help\n\n"
+                 "       sheftool COMMAND --help\n"
+                 "       sheftool help COMMAND\n\n"
                  "Commands:\n");
     for (int i = 0; i < SHEF_N_COMMANDS; i++)
         fprintf(out, "  %-16s %s\n", shef_commands[i]->name, shef_commands[i]->summary);
@@ -50,7 +51,43 @@ static const struct shef_command *find_command(int argc, char **argv, int *out_n
     return NULL;
 }
 
-/* "bench" or "bench --help": the first word of several commands. */
+static bool is_help(const char *word)
+{
+    return strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0 || strcmp(word, "help") == 0;
+}
+
+/* Help, once printed, counts only if it arrived. */
+static int end_help(void)
+{
+    if (fflush(stdout) == 0 && !ferror(stdout))
+        return EXIT_SUCCESS;
+    fprintf(stderr, "sheftool: the help cannot be written to standard output: %s\n",
+            strerror(errno));
+    return EXIT_FAILURE;
+}
+
+/* "bench" is the first word of several commands: names the second ones. False: it is not. */
+static bool print_second_words(const char *word)
+{
+    const size_t n = strlen(word);
+    int n_found = 0;
+
+    for (int i = 0; i < SHEF_N_COMMANDS; i++) {
+        const char *name = shef_commands[i]->name;
+
+        if (strncmp(name, word, n) != 0 || name[n] != ' ')
+            continue;
+        if (n_found++ == 0)
+            fprintf(stderr, "sheftool: '%s' needs a second word: %s", word, name + n + 1);
+        else
+            fprintf(stderr, " or %s", name + n + 1);
+    }
+    if (n_found > 0)
+        fprintf(stderr, "; see sheftool %s --help\n", word);
+    return n_found > 0;
+}
+
+/* "bench --help": of several commands. */
 static bool print_group_help(const char *word)
 {
     const size_t n = strlen(word);
@@ -97,6 +134,21 @@ static int run_command(const struct shef_command *command, int argc, char **argv
     return status;
 }
 
+/* "help match", "help bench", "help align fit". */
+static int help_on(int argc, char **argv)
+{
+    int n_words;
+    const struct shef_command *command = find_command(argc - 1, argv + 1, &n_words);
+
+    if (command)
+        print_command_help(command, stdout);
+    else if (!print_group_help(argv[2])) {
+        fprintf(stderr, "sheftool: '%s' is no command; see sheftool --help\n", argv[2]);
+        return EXIT_USAGE;
+    }
+    return end_help();
+}
+
 int main(int argc, char **argv)
 {
     int n_words = 0;
@@ -105,19 +157,21 @@ int main(int argc, char **argv)
     shef_interrupt_install();
     if (command)
         return run_command(command, argc - n_words, argv + n_words);
-    if (argc == 2 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "help") == 0)) {
+    if (argc == 2 && is_help(argv[1])) {
         print_help(stdout);
-        return EXIT_SUCCESS;
+        return end_help();
     }
     if (argc == 2 && strcmp(argv[1], "--version") == 0) {
         printf("sheftool %s\n", SHEF_VERSION);
-        return EXIT_SUCCESS;
+        return end_help();
     }
-    if (argc == 3 && strcmp(argv[2], "--help") == 0 && print_group_help(argv[1]))
-        return EXIT_SUCCESS;
+    if (argc == 3 && is_help(argv[2]) && print_group_help(argv[1]))
+        return end_help();
+    if (argc > 2 && strcmp(argv[1], "help") == 0)
+        return help_on(argc, argv);
     if (argc < 2)
         print_help(stderr);
-    else
+    else if (!print_second_words(argv[1]))
         fprintf(stderr, "sheftool: '%s' is no command; see sheftool --help\n", argv[1]);
     return EXIT_USAGE;
 }

@@ -156,7 +156,7 @@ enum shef_err shef_numbered_pick(struct shef_numbered_list *list, const char *te
     for (bool more = true; more; at += more) {
         int64_t first;
         int64_t last;
-        bool any = false;
+        size_t n_found = 0;
 
         if (!parse_range(&at, &first, &last)) {
             free(kept);
@@ -166,14 +166,21 @@ enum shef_err shef_numbered_pick(struct shef_numbered_list *list, const char *te
                              text);
         }
         for (size_t i = 0; i < list->n; i++)
-            if (list->at[i].number >= first && list->at[i].number <= last)
-                any = kept[i] = true;
-        if (!any) {
+            if (list->at[i].number >= first && list->at[i].number <= last) {
+                kept[i] = true;
+                n_found++;
+            }
+        if (n_found == 0) {
             free(kept);
             return shef_fail(err, SHEF_ERR_NOT_FOUND,
                              "pairs '%s': the data has no pair from %" PRId64 " to %" PRId64, text,
                              first, last);
         }
+        const double n_asked = (double)last - (double)first + 1;
+
+        if ((double)n_found < n_asked)
+            fprintf(stderr, "pairs %" PRId64 "-%" PRId64 ": %zu of %.0f present\n", first, last,
+                    n_found, n_asked);
         more = *at == ',';
     }
     for (size_t i = 0; i < list->n; i++)
@@ -181,5 +188,6 @@ enum shef_err shef_numbered_pick(struct shef_numbered_list *list, const char *te
             list->at[n++] = list->at[i];
     list->n = n;
     free(kept);
+
     return SHEF_OK;
 }

@@ -41,7 +41,8 @@ const struct shef_numbered *shef_numbered_find(const struct shef_numbered_list *
 
 /* Keeps the numbers that a text like "1-16,50,99-114" names.
  * SHEF_ERR_INVALID: not such a text. SHEF_ERR_NOT_FOUND: a single number, or a whole range, that
- * the list does not have; the list is unchanged. */
+ * the list does not have; the list is unchanged. A range of which only a part is there is kept
+ * so far, with a line on standard error. */
 SHEF_MUST_CHECK enum shef_err shef_numbered_pick(struct shef_numbered_list *list, const char *text,
                                                  struct shef_error *err);
 
