@@ -1,4 +1,4 @@
-/* What the parts hand to each other: events and external triggers, in batches.
+/* What the parts hand to each other: raw buffers, events and external triggers in batches.
  *
  * Times are event time in microseconds, as codecs and files count it; a batch carries one 64-bit
  * base and its events 32-bit offsets, so that an event is 8 bytes and a batch fits the L2 cache.
@@ -8,6 +8,8 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+
+#include "core/time.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -72,6 +74,17 @@ static inline int64_t shef_event_batch_time_us(const struct shef_event_batch *ba
 {
     return batch->base_us + batch->events[i].t_us;
 }
+
+struct shef_buffer;
+
+/* What travels on the rings between a device and its consumers: one buffer of raw bytes, as the
+ * sensor sent them. Whoever pops it holds the buffer and gives it back. */
+struct shef_raw_packet {
+    struct shef_buffer *buffer;
+    shef_host_time arrived;
+    uint64_t number;        /* counted by the source from 0; without gaps */
+    uint32_t n_lost_before; /* buffers that are known to be lost between the last one and this */
+};
 
 #ifdef __cplusplus
 }
