@@ -7,7 +7,7 @@
 #define KNOTS_PER_PX 16
 #define SCENE_PX     (2 * SHEF_TEST_SCENE_ORIGIN_PX + 300)
 #define BLUR_PX      5 /* reach of the blur to either side */
-#define WARM_UP_PX   40.0
+#define WARM_UP_PX   24.0
 
 static double gaussian(struct shef_test_random *random)
 {

@@ -39,7 +39,7 @@ double shef_test_scene_at(const struct shef_test_scene *scene, int32_t y_px, dou
 #define SHEF_TEST_SCENE_ORIGIN_PX 400
 struct shef_test_pass {
     double speed_px_s; /* of the picture, + to the right */
-    int64_t first_us;  /* events from here on; the scene has moved for 40 px or more before */
+    int64_t first_us;  /* events from here on; the scene has moved for 24 px or more before */
     int64_t mid_us;
     int64_t last_us;
     double threshold; /* in logarithm */

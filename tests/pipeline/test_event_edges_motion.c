@@ -144,17 +144,27 @@ static void make_map(const struct method *method, double speed_px_s, struct shef
     shef_filter_destroy(filter);
 }
 
-/* What the frame shows at a pixel if the picture were moved by that much. */
-static double truth(const struct method *method, double speed_px_s, int32_t x, int32_t y,
-                    double moved_px)
+/* Where the scene's rows are seen by the profile's: both are linear. */
+struct view {
+    double first_px; /* by the profile's pixel 0 */
+    double step_px;
+};
+
+static struct view view_of_profile(void)
 {
     const struct shef_rectification r = rectification();
-    double at;
+    double first_px;
+    double second_px;
     double unused;
 
-    shef_rectification_project(&r, x - moved_px, y, &at, &unused);
-    at += SHEF_TEST_SCENE_ORIGIN_PX;
+    TEST_ASSERT_TRUE(shef_rectification_project(&r, 0, 0, &first_px, &unused));
+    TEST_ASSERT_TRUE(shef_rectification_project(&r, 1, 0, &second_px, &unused));
+    return (struct view){ SHEF_TEST_SCENE_ORIGIN_PX + first_px, second_px - first_px };
+}
 
+/* What the frame shows at a place of the scene. */
+static double truth(const struct method *method, double speed_px_s, int32_t y, double at)
+{
     if (method->is_pair)
         return shef_test_scene_at(&scene, y, at) -
                shef_test_scene_at(&scene, y, at + speed_px_s * PERIOD_US * 1e-6);
@@ -170,6 +180,7 @@ static double truth(const struct method *method, double speed_px_s, int32_t x, i
 static double correlation(const struct method *method, double speed_px_s,
                           int8_t rows[HEIGHT_PX][WIDTH_PX], double moved_px, double clip)
 {
+    const struct view view = view_of_profile();
     const int32_t margin_px = 8;
     double sum = 0;
     double rows_energy = 0;
@@ -177,8 +188,9 @@ static double correlation(const struct method *method, double speed_px_s,
 
     for (int32_t y = 0; y < HEIGHT_PX; y++)
         for (int32_t x = margin_px; x < WIDTH_PX - margin_px; x++) {
-            const double wanted =
-                fmax(-clip, fmin(clip, truth(method, speed_px_s, x, y, moved_px)));
+            const double at = view.first_px + view.step_px * (x - moved_px);
+            const double value = truth(method, speed_px_s, y, at);
+            const double wanted = value > clip ? clip : value < -clip ? -clip : value;
 
             sum += rows[y][x] * wanted;
             rows_energy += rows[y][x] * rows[y][x];
@@ -200,9 +212,11 @@ static int compare(const void *a, const void *b)
 static double clip_of(const struct method *method, double speed_px_s)
 {
     static double sizes[WIDTH_PX * HEIGHT_PX];
+    const struct view view = view_of_profile();
 
     for (int32_t i = 0; i < WIDTH_PX * HEIGHT_PX; i++)
-        sizes[i] = fabs(truth(method, speed_px_s, i % WIDTH_PX, i / WIDTH_PX, 0));
+        sizes[i] = fabs(
+            truth(method, speed_px_s, i / WIDTH_PX, view.first_px + view.step_px * (i % WIDTH_PX)));
     qsort(sizes, WIDTH_PX * HEIGHT_PX, sizeof sizes[0], compare);
     return sizes[WIDTH_PX * HEIGHT_PX * 9 / 10];
 }
