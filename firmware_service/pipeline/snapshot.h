@@ -10,7 +10,7 @@
  *   0.35 m/s, to the other side on the way back. Three ways to read it:
  *     AT_MID    at mid-exposure, with the trail: as published
  *     LATE      1 / cutoff later: the trail's centre of gravity is where the edge was, but its
- *               shape is lopsided, which still moves what a correlation finds by 0.3 px at 0.35 m/s
+ *               shape is lopsided, which still moves what a correlation finds by 0.2 px at 0.35 m/s
  *     CENTRED   at mid-exposure, plus the events of the next 3 / cutoff (25 ms) with weights that
  *               fall as the past's do: a trail on both sides, the same in both directions. Default.
  *               It also correlates better, as it has seen twice the events.
