@@ -1,7 +1,7 @@
 /* The robust matcher: disparity of a left (frame) and a right (event) edge map.
  *
  * Normalised window correlation (ZNCC) on the half grid, a temporal prior carried from the
- * previous pair, semi-global aggregation along four paths, a sub-pixel parabola, and a read-out at
+ * previous pair, semi-global aggregation along four paths, a sub-pixel fit, and a read-out at
  * the left view's edge pixels with a calibrated confidence. It differs from the paper's method
  * (paper.h) in every step but the idea; docs/matcher.md says why, with measurements.
  *
