@@ -108,6 +108,19 @@ static void test_every_matcher_names_its_stages_and_refuses_a_range_beyond_the_w
     }
 }
 
+static void test_maps_smaller_than_the_block_get_a_sentence_of_our_own(void)
+{
+    struct shef_matcher_settings small = settings();
+    struct shef_error err = { 0 };
+
+    small.width_px = 96;
+    small.height_px = 40;
+    TEST_ASSERT_NULL(shef_matcher_stereobm.create(&small, &err));
+    TEST_ASSERT_EQUAL(SHEF_ERR_INVALID, err.code);
+    TEST_ASSERT_EQUAL_STRING(
+        "OpenCV's block of 61 x 61 px does not fit maps of 96 x 40 px; give larger maps", err.text);
+}
+
 static void test_table_order_is_that_of_the_choices(void)
 {
     static const char *const names[] = { "robust", "paper-ds", "paper-dp", "opencv-stereobm",
@@ -147,6 +160,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_every_matcher_finds_a_wall_of_20_px_at_frame_edges_only);
     RUN_TEST(test_every_matcher_names_its_stages_and_refuses_a_range_beyond_the_width);
+    RUN_TEST(test_maps_smaller_than_the_block_get_a_sentence_of_our_own);
     RUN_TEST(test_table_order_is_that_of_the_choices);
     RUN_TEST(test_aligning_moves_content_down_by_the_field);
     RUN_TEST(test_bias_is_subtracted_and_never_makes_an_estimate_of_none);

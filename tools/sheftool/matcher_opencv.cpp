@@ -55,6 +55,13 @@ static cv::Ptr<cv::StereoMatcher> make_matcher(const shef_opencv_params &params)
 extern "C" struct shef_opencv *shef_opencv_create(const struct shef_opencv_params *params,
                                                   struct shef_error *err)
 {
+    if (params->block_px > params->width_px || params->block_px > params->height_px) {
+        shef_fail(err, SHEF_ERR_INVALID,
+                  "OpenCV's block of %d x %d px does not fit maps of %d x %d px; give larger maps",
+                  params->block_px, params->block_px, params->width_px, params->height_px);
+        return nullptr;
+    }
+
     struct shef_opencv *opencv = nullptr;
     const enum shef_err code = guarded(err, "set-up", [&] {
         cv::setNumThreads(1);

@@ -20,7 +20,7 @@ struct shef_opencv_params {
     int32_t width_px;
     int32_t height_px;
     int32_t max_disparity_px; /* 1..max is kept; OpenCV searches up to the next multiple of 16 */
-    int32_t block_px;         /* odd */
+    int32_t block_px;         /* odd, no larger than the maps */
     double blur_px;           /* sigma of a Gaussian over both maps; 0: none */
     bool semi_global;         /* StereoSGBM (5 paths), else StereoBM */
     int32_t p1, p2;           /* penalties of StereoSGBM per pixel of the block; p2 times the
