@@ -1,4 +1,5 @@
 /* One picture of the comparison: a sample of every scene by every method, and its errors. */
+#include <math.h>
 #include <stdio.h>
 
 #include "core/png_io.h"
@@ -100,10 +101,13 @@ static void draw_method(struct sheet_job *job, int32_t scene, int32_t column,
     const struct shef_image_f32 no_truth = { 0 };
     char text[128];
 
-    snprintf(text, sizeof text, "scene: RMSE %.2f px", figures.rmse_px);
+    snprintf(text, sizeof text,
+             isfinite(figures.rmse_px) ? "scene: RMSE %.2f px" : "scene: no truth",
+             figures.rmse_px);
     shef_contact_sheet_label(&job->sheet, column, 2 * scene, row->plan->name, text);
     draw_map(job, column, 2 * scene, row->samples[scene], no_truth);
-    snprintf(text, sizeof text, "bad-p %.1f %%", 100 * figures.bad[SHEF_N_BAD - 1]);
+    snprintf(text, sizeof text, isfinite(figures.rmse_px) ? "bad-p %.1f %%" : "no truth",
+             100 * figures.bad[SHEF_N_BAD - 1]);
     shef_contact_sheet_label(&job->sheet, column, 2 * scene + 1, "error", text);
     draw_map(job, column, 2 * scene + 1, row->samples[scene], job->truth);
 }

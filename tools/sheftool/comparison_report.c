@@ -20,13 +20,30 @@ static double frame_ms(const struct shef_row *row)
     return row->frame.median_ms + row->filter.median_ms;
 }
 
-/* Prints "| 3.14 " or "| - ". */
+/* Prints "| 3.14 / 6.10 " with as many values; one that is unknown is "-". */
+static void print_list(const double *values, const int *decimals, int n, FILE *out)
+{
+    for (int i = 0; i < n; i++)
+        if (isfinite(values[i]))
+            fprintf(out, "%s%.*f ", i == 0 ? "| " : "/ ", decimals[i], values[i]);
+        else
+            fprintf(out, "%s- ", i == 0 ? "| " : "/ ");
+}
+
+/* Prints "| 3.14 ", or "| - " for what is unknown. */
 static void print_cell(double value, int decimals, FILE *out)
 {
-    if (isfinite(value))
-        fprintf(out, "| %.*f ", decimals, value);
-    else
-        fprintf(out, "| - ");
+    print_list(&value, &decimals, 1, out);
+}
+
+/* Prints RMSE and bad-p, and the depth error too if wanted. */
+static void print_short(const struct shef_figures *figures, bool with_depth, FILE *out)
+{
+    const double values[] = { figures->rmse_px, 100 * figures->bad[SHEF_N_BAD - 1],
+                              figures->depth_median_cm };
+    const int decimals[] = { 2, 2, 1 };
+
+    print_list(values, decimals, with_depth ? 3 : 2, out);
 }
 
 static void print_cited(const struct shef_cited_row *row, FILE *out)
@@ -94,8 +111,7 @@ static void print_scene_table(const struct shef_comparison *comparison, FILE *ou
         for (int32_t i = 0; i < scenes->n; i++) {
             const struct shef_figures figures = shef_tally_figures(&row->evaluation.tallies[i]);
 
-            fprintf(out, "| %.2f / %.2f / %.1f ", figures.rmse_px,
-                    100 * figures.bad[SHEF_N_BAD - 1], figures.depth_median_cm);
+            print_short(&figures, true, out);
         }
         fprintf(out, "|\n");
     }
@@ -122,7 +138,7 @@ static void print_density_table(struct shef_comparison *comparison, FILE *out)
             const struct shef_figures figures = shef_tally_figures(&curve->level[i]);
 
             if (curve->ranked || i == SHEF_N_LEVELS - 1)
-                fprintf(out, "| %.2f / %.2f ", figures.rmse_px, 100 * figures.bad[SHEF_N_BAD - 1]);
+                print_short(&figures, false, out);
             else
                 fprintf(out, "| - ");
         }
