@@ -142,6 +142,8 @@ static int name_file(int fd, const char *path, const char *temp)
         return 0;
     if (errno != EEXIST)
         return errno;
+    /* A program that was killed here may have had our process number and left its file. */
+    unlink(temp);
     if (linkat(AT_FDCWD, source, AT_FDCWD, temp, AT_SYMLINK_FOLLOW) != 0)
         return errno;
     if (rename(temp, path) != 0) {

@@ -94,6 +94,33 @@ static void test_the_same_on_a_file_system_without_nameless_files(void)
     expect_write_then_replace("fallback");
 }
 
+static void test_what_a_killed_program_left_is_no_hindrance(void)
+{
+    const int n_numbers = 100; /* more than this program has used */
+    char path[4200];
+    char name[64];
+
+    snprintf(path, sizeof path, "%s", shef_test_temp_path("again"));
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_file_replace(path, "old", 3, NULL));
+
+    const int n_before = shef_test_temp_count();
+
+    for (int i = 0; i < n_numbers; i++) {
+        snprintf(name, sizeof name, ".shef-%ld-%d.tmp", (long)getpid(), i);
+        const int fd = open(shef_test_temp_path(name), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+
+        TEST_ASSERT_TRUE(fd >= 0);
+        close(fd);
+    }
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_file_replace(path, "new", 3, NULL));
+    expect_content(path, "new");
+    for (int i = 0; i < n_numbers; i++) {
+        snprintf(name, sizeof name, ".shef-%ld-%d.tmp", (long)getpid(), i);
+        unlink(shef_test_temp_path(name));
+    }
+    TEST_ASSERT_EQUAL_INT(n_before, shef_test_temp_count());
+}
+
 static void test_short_writes_are_continued(void)
 {
     max_write_bytes = 3;
@@ -193,6 +220,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_a_file_is_created_and_then_replaced);
     RUN_TEST(test_the_same_on_a_file_system_without_nameless_files);
+    RUN_TEST(test_what_a_killed_program_left_is_no_hindrance);
     RUN_TEST(test_short_writes_are_continued);
     RUN_TEST(test_a_full_disk_keeps_the_old_file_and_leaves_nothing_new);
     RUN_TEST(test_new_files_get_the_mode_that_the_umask_allows);
