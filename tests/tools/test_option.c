@@ -29,7 +29,7 @@ static struct shef_error err;
 static bool help;
 
 /* Parses a line of words, the command's own name in front. */
-static enum shef_err parse(const char *line)
+static enum shef_err parse_with(const struct shef_option *table, const char *line)
 {
     static char copy[256];
     char command[] = "command";
@@ -40,7 +40,12 @@ static enum shef_err parse(const char *line)
     snprintf(copy, sizeof copy, "%s", line);
     for (char *word = strtok(copy, " "); word; word = strtok(NULL, " "))
         argv[argc++] = word;
-    return shef_options_parse(options, &settings, argc, argv, &help, &err);
+    return shef_options_parse(table, &settings, argc, argv, &help, &err);
+}
+
+static enum shef_err parse(const char *line)
+{
+    return parse_with(options, line);
 }
 
 static void test_what_is_not_given_has_its_default(void)
@@ -102,6 +107,56 @@ static void test_missing_and_unknown_things_are_named(void)
     expect_refused("--in d extra", "'extra'", "--help");
 }
 
+static const struct shef_option word_options[] = {
+    SHEF_OPT_WORD("IN", struct settings, in, true, "what to read"),
+    SHEF_OPT_FLAG("loud", struct settings, loud, "say more"),
+    SHEF_OPT_WORD("OUT", struct settings, name, false, "what to write"),
+    SHEF_OPT_INT("count", struct settings, n, "80", 16, 256, "px", "how many"),
+    SHEF_OPT_END,
+};
+
+static void test_words_stand_before_between_and_behind_options(void)
+{
+    static const char *const lines[] = { "a b --loud --count 20", "--loud a --count 20 b",
+                                         "--count 20 --loud a b", "--loud --count=20 -- a b" };
+
+    for (int i = 0; i < 4; i++) {
+        TEST_ASSERT_EQUAL_MESSAGE(SHEF_OK, parse_with(word_options, lines[i]), err.text);
+        TEST_ASSERT_EQUAL_STRING("a", settings.in);
+        TEST_ASSERT_EQUAL_STRING("b", settings.name);
+        TEST_ASSERT_EQUAL_INT64(20, settings.n);
+        TEST_ASSERT_TRUE(settings.loud);
+    }
+    TEST_ASSERT_EQUAL(SHEF_OK, parse_with(word_options, "-- --loud"));
+    TEST_ASSERT_EQUAL_STRING("--loud", settings.in);
+    TEST_ASSERT_NULL(settings.name);
+    TEST_ASSERT_FALSE(settings.loud);
+    TEST_ASSERT_EQUAL(SHEF_OK, parse_with(word_options, "-"));
+    TEST_ASSERT_EQUAL_STRING("-", settings.in);
+}
+
+static void test_missing_and_superfluous_words_are_named(void)
+{
+    TEST_ASSERT_EQUAL(SHEF_ERR_INVALID, parse_with(word_options, "--loud"));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(err.text, "IN is missing"), err.text);
+    TEST_ASSERT_EQUAL(SHEF_ERR_INVALID, parse_with(word_options, "a b c"));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(err.text, "'c' belongs to no option"), err.text);
+    TEST_ASSERT_EQUAL(SHEF_ERR_INVALID, parse_with(word_options, "-- a b c"));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(err.text, "'c' belongs to no option"), err.text);
+}
+
+static void test_words_are_in_the_help_without_dashes(void)
+{
+    char *text = NULL;
+    size_t n_bytes;
+    FILE *out = open_memstream(&text, &n_bytes);
+
+    shef_options_synopsis(word_options, 10, out);
+    fclose(out);
+    TEST_ASSERT_EQUAL_STRING(" IN [--loud] [OUT] [--count N]\n", text);
+    free(text);
+}
+
 static void test_help_wins_over_missing_options(void)
 {
     TEST_ASSERT_EQUAL(SHEF_OK, parse("--help"));
@@ -142,6 +197,9 @@ int main(void)
     RUN_TEST(test_words_that_are_no_numbers_are_refused);
     RUN_TEST(test_unknown_choices_list_the_known_ones);
     RUN_TEST(test_missing_and_unknown_things_are_named);
+    RUN_TEST(test_words_stand_before_between_and_behind_options);
+    RUN_TEST(test_missing_and_superfluous_words_are_named);
+    RUN_TEST(test_words_are_in_the_help_without_dashes);
     RUN_TEST(test_help_wins_over_missing_options);
     RUN_TEST(test_help_tells_name_unit_range_and_default_within_100_columns);
     return UNITY_END();

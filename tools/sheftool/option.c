@@ -10,6 +10,7 @@
 #define MAX_OPTIONS 32
 #define HELP_COLUMN 28
 #define LAST_COLUMN 99
+#define FIRST_ROW   256 /* what getopt returns for the first row of a table; letters lie below */
 
 bool shef_option_choice(const char *choices, int32_t n, char *out_word, size_t n_bytes)
 {
@@ -87,8 +88,10 @@ static enum shef_err store(const struct shef_option *option, void *settings, con
         *(bool *)field = true;
         return SHEF_OK;
     case SHEF_OPTION_TEXT:
+    case SHEF_OPTION_WORD:
         if (!*text)
-            return shef_fail(err, SHEF_ERR_INVALID, "--%s: the %s is empty", option->name,
+            return shef_fail(err, SHEF_ERR_INVALID, "%s%s: the %s is empty",
+                             option->kind == SHEF_OPTION_WORD ? "" : "--", option->name,
                              option->value);
         *(const char **)field = text;
         return SHEF_OK;
@@ -117,53 +120,97 @@ static enum shef_err store_presets(const struct shef_option *options, void *sett
     return SHEF_OK;
 }
 
+/* The row of the n-th word, counted from 0, or NULL. */
+static const struct shef_option *find_word(const struct shef_option *options, int n)
+{
+    for (; options->name; options++)
+        if (options->kind == SHEF_OPTION_WORD && n-- == 0)
+            return options;
+    return NULL;
+}
+
+/* Stores the n-th word of the command line that is no option and no value of one. */
+static enum shef_err store_word(const struct shef_option *options, void *settings, int n,
+                                const char *text, bool *given, struct shef_error *err)
+{
+    const struct shef_option *option = find_word(options, n);
+
+    if (!option)
+        return shef_fail(err, SHEF_ERR_INVALID, "'%s' belongs to no option; see --help", text);
+    given[option - options] = true;
+    return store(option, settings, text, err);
+}
+
+static enum shef_err check_given(const struct shef_option *options, const bool *given,
+                                 struct shef_error *err)
+{
+    for (int i = 0; options[i].name; i++) {
+        if (!options[i].required || given[i])
+            continue;
+        if (options[i].kind == SHEF_OPTION_WORD)
+            return shef_fail(err, SHEF_ERR_INVALID, "%s is missing; see --help", options[i].name);
+        return shef_fail(err, SHEF_ERR_INVALID, "--%s %s is missing; see --help", options[i].name,
+                         options[i].value);
+    }
+    return SHEF_OK;
+}
+
+/* The table as getopt wants it, ended by zeros. Words are not in it. */
+static void list_long_options(const struct shef_option *options,
+                              struct option out_long[MAX_OPTIONS + 2])
+{
+    int n = 0;
+
+    out_long[n++] = (struct option){ "help", no_argument, NULL, 'h' };
+    for (int i = 0; options[i].name; i++) {
+        assert(i < MAX_OPTIONS);
+        if (options[i].kind == SHEF_OPTION_WORD)
+            continue;
+        out_long[n++] = (struct option){
+            .name = options[i].name,
+            .has_arg = options[i].kind == SHEF_OPTION_FLAG ? no_argument : required_argument,
+            .val = FIRST_ROW + i,
+        };
+    }
+    out_long[n] = (struct option){ .name = NULL };
+}
+
 enum shef_err shef_options_parse(const struct shef_option *options, void *settings, int argc,
                                  char **argv, bool *out_help, struct shef_error *err)
 {
-    struct option long_options[MAX_OPTIONS + 2] = { { "help", no_argument, NULL, 0 } };
+    struct option long_options[MAX_OPTIONS + 2];
     bool given[MAX_OPTIONS] = { false };
-    int n_options = 0;
-    int index;
+    int n_words = 0;
     int found;
-
-    for (; options[n_options].name; n_options++) {
-        assert(n_options < MAX_OPTIONS);
-        long_options[n_options + 1] = (struct option){
-            .name = options[n_options].name,
-            .has_arg =
-                options[n_options].kind == SHEF_OPTION_FLAG ? no_argument : required_argument,
-        };
-    }
     enum shef_err code = store_presets(options, settings);
 
+    list_long_options(options, long_options);
     *out_help = false;
     opterr = 0;
     optind = 0; /* glibc: forget an earlier scan */
-    while (code == SHEF_OK &&
-           (found = getopt_long(argc, argv, "+:h", long_options, &index)) != -1) {
-        if (found == 'h' || (found == 0 && index == 0)) {
+    /* '-': words come one by one, as the option 1. */
+    while (code == SHEF_OK && (found = getopt_long(argc, argv, "-:h", long_options, NULL)) != -1) {
+        if (found == 'h') {
             *out_help = true;
             return SHEF_OK;
         }
         if (found == ':')
             return shef_fail(err, SHEF_ERR_INVALID, "%s needs a value; see --help",
                              argv[optind - 1]);
-        if (found != 0)
+        if (found == 1) {
+            code = store_word(options, settings, n_words++, optarg, given, err);
+            continue;
+        }
+        if (found < FIRST_ROW)
             return shef_fail(err, SHEF_ERR_INVALID, "%s is no option of this command; see --help",
                              argv[optind - 1]);
-        given[index - 1] = true;
-        code = store(&options[index - 1], settings, optarg, err);
+        given[found - FIRST_ROW] = true;
+        code = store(&options[found - FIRST_ROW], settings, optarg, err);
     }
-    if (code != SHEF_OK)
-        return code;
-    if (optind < argc)
-        return shef_fail(err, SHEF_ERR_INVALID, "'%s' belongs to no option; see --help",
-                         argv[optind]);
-    for (int i = 0; i < n_options; i++)
-        if (options[i].required && !given[i])
-            return shef_fail(err, SHEF_ERR_INVALID, "--%s %s is missing; see --help",
-                             options[i].name, options[i].value);
-    return SHEF_OK;
+    /* What follows "--". */
+    while (code == SHEF_OK && optind < argc)
+        code = store_word(options, settings, n_words++, argv[optind++], given, err);
+    return code == SHEF_OK ? check_given(options, given, err) : code;
 }
 
 /* Prints words of text from column `at` on, folded, each new line starting at `indent`. */
@@ -187,6 +234,8 @@ static void name_and_value(const struct shef_option *option, char *out, size_t n
 {
     if (option->kind == SHEF_OPTION_FLAG)
         snprintf(out, n_bytes, "--%s", option->name);
+    else if (option->kind == SHEF_OPTION_WORD)
+        snprintf(out, n_bytes, "%s", option->name);
     else if (option->kind == SHEF_OPTION_CHOICE)
         snprintf(out, n_bytes, "--%s %s", option->name, option->choices);
     else

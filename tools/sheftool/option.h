@@ -19,10 +19,11 @@ enum shef_option_kind {
     SHEF_OPTION_REAL,   /* double within min..max */
     SHEF_OPTION_TEXT,   /* const char *: a path, a list; points into argv */
     SHEF_OPTION_CHOICE, /* int32_t: index of the word in choices, counted from 0 */
+    SHEF_OPTION_WORD,   /* const char *: given without dashes, in the order of the rows */
 };
 
 struct shef_option {
-    const char *name; /* without the dashes, "max-disparity" */
+    const char *name; /* without the dashes, "max-disparity"; of a word "FILE" */
     enum shef_option_kind kind;
     bool required;
     size_t field;        /* offset in the command's settings */
@@ -62,6 +63,11 @@ struct shef_option {
     {                                                                                              \
         .name = name_, .kind = SHEF_OPTION_CHOICE, .field = offsetof(type_, field_),               \
         .choices = choices_, .preset = preset_, .help = help_                                      \
+    }
+#define SHEF_OPT_WORD(name_, type_, field_, required_, help_)                                      \
+    {                                                                                              \
+        .name = name_, .kind = SHEF_OPTION_WORD, .required = required_,                            \
+        .field = offsetof(type_, field_), .value = name_, .help = help_                            \
     }
 #define SHEF_OPT_END                                                                               \
     {                                                                                              \
