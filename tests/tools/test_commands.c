@@ -513,7 +513,8 @@ static void test_every_command_helps_and_every_option_is_in_the_manual(void)
         TEST_ASSERT_NOT_NULL(strstr(result->out, command->description));
         TEST_ASSERT_NOT_NULL_MESSAGE(strstr((const char *)page, command->name), command->name);
         for (const struct shef_option *option = command->options; option->name; option++) {
-            int n = snprintf(manual, sizeof manual, "\\-\\-");
+            const bool is_word = option->kind == SHEF_OPTION_WORD;
+            int n = snprintf(manual, sizeof manual, "%s", is_word ? "" : "\\-\\-");
 
             TEST_ASSERT_NOT_NULL(strstr(result->out, option->name));
             for (const char *c = option->name; *c; c++)

@@ -24,7 +24,7 @@ struct shef_command {
 };
 
 /* In the order of the help. */
-#define SHEF_N_COMMANDS 8
+#define SHEF_N_COMMANDS 12
 extern const struct shef_command *const shef_commands[SHEF_N_COMMANDS];
 
 extern const struct shef_command shef_command_match;
@@ -35,6 +35,10 @@ extern const struct shef_command shef_command_bias_fit;
 extern const struct shef_command shef_command_bench_correlate;
 extern const struct shef_command shef_command_bench_frame;
 extern const struct shef_command shef_command_synth;
+extern const struct shef_command shef_command_events_info;
+extern const struct shef_command shef_command_events_convert;
+extern const struct shef_command shef_command_events_render;
+extern const struct shef_command shef_command_events_bench;
 
 /* True once SIGINT or SIGTERM arrived. Long work asks between two pairs, removes what it has
  * half written and returns shef_fail_interrupted(). Thread: any. */

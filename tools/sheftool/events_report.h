@@ -1,0 +1,43 @@
+/* What `events info` says about a stream, as text, JSON and picture. Thread: main. */
+#ifndef SHEFTOOL_EVENTS_REPORT_H
+#define SHEFTOOL_EVENTS_REPORT_H
+
+#include <jansson.h>
+#include <stdio.h>
+
+#include "core/error.h"
+#include "record/verify.h"
+#include "sheftool/events_source.h"
+#include "sheftool/events_survey.h"
+
+struct shef_events_report {
+    const char *path;
+    const struct shef_events_source *source;
+    const struct shef_survey *survey;
+    struct shef_evt_stats stats;
+    double hot_limit_per_s;
+    uint32_t n_hot; /* all of them; the first SHEF_SURVEY_HOT_PIXELS are listed */
+    const struct shef_survey_hot_pixel *hot;
+    const struct shef_verify_report *verify; /* NULL: not asked for */
+};
+
+/* "RAW EVT3", "DAT", "recording, EVT2". */
+void shef_events_describe_kind(const struct shef_events_info *info, char *out_text, size_t n_bytes);
+
+/* The camera in a few words: "EVK4, IMX636, serial 00ab"; "unknown". */
+void shef_events_describe_camera(const struct shef_raw_header *camera, char *out_text,
+                                 size_t n_bytes);
+
+/* How many places are known at which data are missing. */
+uint64_t shef_events_count_gaps(const struct shef_events_report *report);
+
+void shef_events_report_print(const struct shef_events_report *report, FILE *out);
+
+/* NULL: out of memory. The caller owns it. */
+json_t *shef_events_report_json(const struct shef_events_report *report);
+
+/* Draws the rate over time, where events came from, triggers and gaps into a PNG. */
+SHEF_MUST_CHECK enum shef_err shef_events_report_draw(const struct shef_events_report *report,
+                                                      const char *path, struct shef_error *err);
+
+#endif
