@@ -2,87 +2,24 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 #include "core/memory.h"
 
-#define MAX_SIDE_PX  2048
 #define NOWHERE_PX   -1024.0 /* far enough from the sensor to fetch zeros */
 #define FARTHEST_PX  3071.0
 #define MAX_ERROR_PX 0.05
 #define MAX_SHIFT_PX 8.0
 
-static const struct shef_rectification ideal = {
-    .width_px = 640,
-    .height_px = 480,
-    .f_px = 555.0, /* Wang 2021: the event camera's focal length */
-    .cx_px = 319.5,
-    .cy_px = 239.5,
-    .sensor_width_px = 640,
-    .sensor_height_px = 480,
-    .camera = { .fx_px = 555.0, .fy_px = 555.0, .cx_px = 319.5, .cy_px = 239.5 },
-    .r_camera_rectified = { 1, 0, 0, 0, 1, 0, 0, 0, 1 },
-};
-
-struct shef_rectification shef_rectification_wide(void)
-{
-    return ideal;
-}
-
-struct shef_rectification shef_rectification_paper(void)
-{
-    struct shef_rectification paper = ideal;
-
-    paper.f_px = 1301.0; /* Wang 2021: the frame camera's focal length */
-    return paper;
-}
-
-bool shef_rectification_project(const struct shef_rectification *rectification, double x_px,
-                                double y_px, double *out_x_px, double *out_y_px)
-{
-    const double *r = rectification->r_camera_rectified;
-    const double *k = rectification->camera.distortion;
-    const double u = (x_px - rectification->cx_px) / rectification->f_px;
-    const double v = (y_px - rectification->cy_px) / rectification->f_px;
-    const double depth = r[6] * u + r[7] * v + r[8];
-
-    if (depth <= 0.0)
-        return false;
-
-    const double x = (r[0] * u + r[1] * v + r[2]) / depth;
-    const double y = (r[3] * u + r[4] * v + r[5]) / depth;
-    const double r2 = x * x + y * y;
-    const double radial = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
-    /* How the distorted radius grows with the ideal one. */
-    const double growth = 1 + r2 * (3 * k[0] + r2 * (5 * k[1] + r2 * 7 * k[4]));
-
-    if (growth <= 0.0 || radial <= 0.0)
-        return false;
-    *out_x_px =
-        rectification->camera.cx_px +
-        rectification->camera.fx_px * (x * radial + 2 * k[2] * x * y + k[3] * (r2 + 2 * x * x));
-    *out_y_px =
-        rectification->camera.cy_px +
-        rectification->camera.fy_px * (y * radial + k[2] * (r2 + 2 * y * y) + 2 * k[3] * x * y);
-    return true;
-}
-
 static enum shef_err check(const struct shef_rectification *r, struct shef_error *err)
 {
-    if (r->width_px < 1 || r->width_px > MAX_SIDE_PX || r->height_px < 1 ||
-        r->height_px > MAX_SIDE_PX || r->sensor_width_px < 1 || r->sensor_width_px > MAX_SIDE_PX ||
-        r->sensor_height_px < 1 || r->sensor_height_px > MAX_SIDE_PX)
+    if (r->sensor_width_px > SHEF_WARP_MAX_SIDE_PX || r->sensor_height_px > SHEF_WARP_MAX_SIDE_PX)
         return shef_fail(err, SHEF_ERR_INVALID,
-                         "rectification of a %d x %d px sensor to %d x %d px: sides must be 1 to "
-                         "%d",
-                         r->sensor_width_px, r->sensor_height_px, r->width_px, r->height_px,
-                         MAX_SIDE_PX);
-    if (!(r->f_px >= 1.0 && r->camera.fx_px >= 1.0 && r->camera.fy_px >= 1.0))
-        return shef_fail(err, SHEF_ERR_INVALID,
-                         "rectification with focal lengths %g (profile), %g and %g px (camera): "
-                         "they must be 1 or more",
-                         r->f_px, r->camera.fx_px, r->camera.fy_px);
-    return SHEF_OK;
+                         "rectification map of a %d x %d px sensor: an event camera's sides are "
+                         "at most %d px",
+                         r->sensor_width_px, r->sensor_height_px, SHEF_WARP_MAX_SIDE_PX);
+    return shef_rectification_check(r, err);
 }
 
 struct position {
@@ -265,7 +202,7 @@ void shef_warp_run(const struct shef_warp_map *map, const struct shef_warp_kerne
                    const struct shef_warp_shift *shift, struct shef_image_i16 source,
                    struct shef_image_i16 out)
 {
-    static const struct shef_warp_node no_offsets[MAX_SIDE_PX / SHEF_WARP_OFFSET_PX];
+    static const struct shef_warp_node no_offsets[SHEF_PROFILE_MAX_SIDE_PX / SHEF_WARP_OFFSET_PX];
     const struct shef_rectification *r = &map->rectification;
     const struct shef_warp_source from = {
         .pixels = source.data,

@@ -1,5 +1,5 @@
-/* Rectification of event images: where each pixel of a profile lies on the sensor, and the inverse
- * bilinear warp that fetches it.
+/* Rectification of event images: the inverse bilinear warp that fetches each pixel of a profile
+ * from the sensor.
  *
  * Geometry: pixel centres at integer coordinates, x right, y down, z forward. A map is made once;
  * warping streams and does not allocate, lock or log. A map is read-only after create() and can be
@@ -7,10 +7,10 @@
 #ifndef SHEF_PIPELINE_WARP_H
 #define SHEF_PIPELINE_WARP_H
 
-#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
+#include "calib/rectification.h"
 #include "core/error.h"
 #include "core/image.h"
 #include "pipeline/kernels/warp.h"
@@ -19,38 +19,7 @@
 extern "C" {
 #endif
 
-/* A pinhole camera with the lens of Brown 1971, parameters as OpenCV has them. */
-struct shef_camera_model {
-    double fx_px, fy_px;
-    double cx_px, cy_px;
-    double distortion[5]; /* k1, k2, p1, p2, k3 */
-};
-
-/* One side of a rectified pair: the profile both sides share, and this side's raw camera. */
-struct shef_rectification {
-    /* The profile. */
-    int32_t width_px; /* 1..2048 */
-    int32_t height_px;
-    double f_px;
-    double cx_px, cy_px;
-    /* The raw camera. */
-    int32_t sensor_width_px; /* 1..2048 */
-    int32_t sensor_height_px;
-    struct shef_camera_model camera;
-    double r_camera_rectified[9]; /* turns rectified directions into the camera's, row by row */
-};
-
-/* The profiles `wide` (f 555 px, the whole event view) and `paper` (f 1301 px, the crop of the
- * authors' data), 640 x 480, on an ideal, aligned 640 x 480 sensor of f 555 px. A calibration
- * replaces the camera and the rotation. */
-struct shef_rectification shef_rectification_wide(void);
-struct shef_rectification shef_rectification_paper(void);
-
-/* Where a rectified pixel lies on the sensor, in its pixels.
- * Returns false where the lens model sees nothing: behind the camera, or past the radius at which
- * its distortion would fold back. */
-bool shef_rectification_project(const struct shef_rectification *rectification, double x_px,
-                                double y_px, double *out_x_px, double *out_y_px);
+#define SHEF_WARP_MAX_SIDE_PX 2048 /* of the sensor; positions have 28 bits */
 
 /* The map in the form the warp reads it: nodes every SHEF_WARP_SEGMENT_PX along each row. */
 struct shef_warp_map {
@@ -61,8 +30,9 @@ struct shef_warp_map {
 };
 
 /* Makes a map; between nodes it is off by at most 0.05 px of the sensor.   Thread: setup.
- * SHEF_ERR_INVALID: sizes or focal lengths out of range, or a lens that bends rows more than the
- * nodes can follow. SHEF_ERR_NO_MEMORY. Nothing was allocated. */
+ * SHEF_ERR_INVALID: sizes or focal lengths out of range, a sensor larger than
+ * SHEF_WARP_MAX_SIDE_PX, or a lens that bends rows more than the nodes can follow.
+ * SHEF_ERR_NO_MEMORY. Nothing was allocated. */
 SHEF_MUST_CHECK enum shef_err shef_warp_map_create(struct shef_warp_map *out_map,
                                                    const struct shef_rectification *rectification,
                                                    struct shef_error *err);
