@@ -9,7 +9,7 @@
 #include "codecs/text_header.h"
 
 /* Stays in the L2 cache beside a batch. */
-#define BUFFER_BYTES 262144
+#define BUFFER_BYTES 131072
 
 _Static_assert(BUFFER_BYTES >= SHEF_TEXT_HEADER_MAX_BYTES, "a header fits the buffer");
 
