@@ -91,6 +91,8 @@ enum shef_err shef_dat_header_parse(const uint8_t *bytes, size_t n_bytes,
         if (strcmp(line.key, "Date") == 0)
             memcpy(header.date, line.value, sizeof line.value);
     }
+    if (shef_text_header_is_cut(bytes, n_bytes, header.n_bytes))
+        return shef_fail(err, SHEF_ERR_FORMAT, "the file ends inside its header; it is not whole");
     if (header.n_bytes == 0 && !records_make_sense(bytes, n_bytes))
         return shef_fail(err, SHEF_ERR_FORMAT,
                          "not a DAT recording: no header lines '%% key value', and the bytes are "

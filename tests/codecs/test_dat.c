@@ -199,6 +199,10 @@ static void test_what_is_no_dat_file_gets_one_sentence(void)
     expect_refused(SHEF_ERR_FORMAT, "not a DAT recording");
     put_text("% Version 2\n");
     expect_refused(SHEF_ERR_FORMAT, "ends inside its header");
+    put_text("% Version 2\n% Hei");
+    expect_refused(SHEF_ERR_FORMAT, "ends inside its header");
+    put_text("% Data file contai");
+    expect_refused(SHEF_ERR_FORMAT, "ends inside its header");
     put_text("% Version 3\n");
     put_bytes(0x0c, 8);
     expect_refused(SHEF_ERR_UNSUPPORTED, "version 3");
