@@ -191,33 +191,55 @@ enum shef_err shef_event_reader_open(const char *path, uint32_t features,
     return SHEF_OK;
 }
 
+/* Notes what was left out, and why. */
+static void note_losses(struct shef_event_reader *reader, const struct shef_evt_stats *stats)
+{
+    const struct shef_event_file_info *info = &reader->info;
+    const unsigned long long n_outside = stats->n_violations[SHEF_EVT_OUTSIDE];
+    const unsigned long long n_timeless = stats->n_violations[SHEF_EVT_NO_TIME];
+    const bool is_void = stats->n_events == 0 && stats->n_triggers == 0;
+
+    if (stats->n_bytes_skipped > 0)
+        add_note(reader,
+                 "'%s' is damaged: %llu bytes were skipped before words could be told apart again "
+                 "(found again %llu time(s))",
+                 reader->path, (unsigned long long)stats->n_bytes_skipped,
+                 (unsigned long long)stats->n_resyncs);
+    if (n_outside > 0)
+        add_note(reader,
+                 "'%s': %llu event(s) lie outside the sensor of %u x %u px that its header names "
+                 "and were left out",
+                 reader->path, n_outside, info->width_px, info->height_px);
+    /* Few at the start are usual: a recording begins between two time words. */
+    if (n_timeless > 0 && is_void)
+        add_note(reader,
+                 "'%s': all %llu event(s) were left out, because no time word precedes them",
+                 reader->path, n_timeless);
+    if (is_void && n_outside == 0 && n_timeless == 0)
+        add_note(reader, "'%s' holds no event in the %llu bytes after its header", reader->path,
+                 (unsigned long long)stats->n_bytes);
+}
+
 /* Notes what the whole file has shown. */
 static void finish(struct shef_event_reader *reader)
 {
     const bool is_raw = reader->info.is_raw;
     const uint32_t n_cut = is_raw ? shef_evt_finish(&reader->evt) : shef_dat_finish(&reader->dat);
     const struct shef_evt_stats *stats = is_raw ? &reader->evt.stats : &reader->dat.stats;
-    const char *const path = reader->path;
+    /* EVT3's clock wraps every 17 s. */
+    const bool is_wrap_rare = !is_raw || reader->evt.format != SHEF_EVT3;
 
     reader->has_ended = true;
     if (n_cut > 0)
         add_note(
             reader,
             "'%s' ends in the middle of a %s (%u of %u bytes); everything before that was read",
-            path, is_raw ? "word" : "record", n_cut,
+            reader->path, is_raw ? "word" : "record", n_cut,
             is_raw ? shef_evt_word_bytes(reader->evt.format) : 8);
-    if (stats->n_bytes_skipped > 0)
-        add_note(reader,
-                 "'%s' is damaged: %llu bytes were skipped before words could be told apart again "
-                 "(found again %llu time(s))",
-                 path, (unsigned long long)stats->n_bytes_skipped,
-                 (unsigned long long)stats->n_resyncs);
-    if (stats->n_events == 0 && stats->n_triggers == 0)
-        add_note(reader, "'%s' holds no event in the %llu bytes after its header", path,
-                 (unsigned long long)stats->n_bytes);
-    if (stats->n_wraps > 0)
+    note_losses(reader, stats);
+    if (stats->n_wraps > 0 && is_wrap_rare)
         add_note(reader, "'%s': the camera's clock wrapped %llu time(s), which was counted on",
-                 path, (unsigned long long)stats->n_wraps);
+                 reader->path, (unsigned long long)stats->n_wraps);
 }
 
 /* Puts a trigger into the batch where its time belongs. */

@@ -268,7 +268,48 @@ static void test_damage_is_noted(void)
     unlink(path);
 }
 
-static void test_the_wrap_of_the_cameras_clock_is_noted(void)
+static void test_events_outside_the_sensor_are_counted_in_a_note(void)
+{
+    static const uint16_t words[] = { 0x8010, 0x0005, 0x2003, 0x2400, 0x2fff };
+    const char *path = shef_test_temp_path("outside.raw");
+
+    write_bytes(path, "% evt 3.0\n% geometry 640x480\n% end\n");
+    append_words(path, words, sizeof words / sizeof words[0]);
+    read_all(path);
+    TEST_ASSERT_EQUAL_UINT64(1, decoded.n_events);
+    TEST_ASSERT_TRUE(has_note("2 event(s) lie outside the sensor of 640 x 480 px"));
+    unlink(path);
+}
+
+static void test_a_stream_without_time_words_says_so(void)
+{
+    static const uint16_t words[] = { 0x0005, 0x2003, 0x2004 };
+    const char *path = shef_test_temp_path("timeless.raw");
+
+    write_bytes(path, "% evt 3.0\n% geometry 640x480\n% end\n");
+    append_words(path, words, sizeof words / sizeof words[0]);
+    read_all(path);
+    TEST_ASSERT_EQUAL_UINT64(0, decoded.n_events);
+    TEST_ASSERT_TRUE(has_note("all 2 event(s) were left out, because no time word precedes them"));
+    unlink(path);
+}
+
+static void test_the_wrap_of_a_long_clock_is_noted(void)
+{
+    const struct shef_event_writer_config evt2_config = {
+        .is_raw = true, .width_px = 640, .height_px = 480, .format = SHEF_EVT2
+    };
+    const char *path = shef_test_temp_path("wrap.raw");
+
+    make_scene(((int64_t)1 << 34) - 2000);
+    write_scene(path, &evt2_config);
+    read_all(path);
+    expect_same_events(&scene, &decoded);
+    TEST_ASSERT_TRUE(has_note("clock wrapped 1 time(s)"));
+    unlink(path);
+}
+
+static void test_the_wrap_of_a_short_clock_is_everyday(void)
 {
     const char *path = shef_test_temp_path("wrap.raw");
 
@@ -276,7 +317,8 @@ static void test_the_wrap_of_the_cameras_clock_is_noted(void)
     write_scene(path, &evt3_config);
     read_all(path);
     expect_same_events(&scene, &decoded);
-    TEST_ASSERT_TRUE(has_note("clock wrapped 1 time(s)"));
+    TEST_ASSERT_EQUAL_UINT64(1, shef_event_reader_stats(reader).n_wraps);
+    TEST_ASSERT_FALSE(has_note("wrapped"));
     unlink(path);
 }
 
@@ -397,7 +439,10 @@ int main(void)
     RUN_TEST(test_a_truncated_file_keeps_what_could_be_read);
     RUN_TEST(test_absurd_and_unknown_sizes_are_noted_and_read);
     RUN_TEST(test_damage_is_noted);
-    RUN_TEST(test_the_wrap_of_the_cameras_clock_is_noted);
+    RUN_TEST(test_events_outside_the_sensor_are_counted_in_a_note);
+    RUN_TEST(test_a_stream_without_time_words_says_so);
+    RUN_TEST(test_the_wrap_of_a_long_clock_is_noted);
+    RUN_TEST(test_the_wrap_of_a_short_clock_is_everyday);
     RUN_TEST(test_what_is_no_recording_is_refused_with_its_path);
     RUN_TEST(test_a_pipe_can_be_read);
     RUN_TEST(test_a_failed_write_leaves_nothing_behind);
