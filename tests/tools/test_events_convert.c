@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -216,6 +217,29 @@ static void test_times_pass_the_wraps_of_every_counter(void)
     free(bytes);
 }
 
+static void test_a_beginning_that_the_format_cannot_say_is_told(void)
+{
+    static const char *const steps[][3] = {
+        { "short.raw", "--format evt3",
+          "repeats times every 17 s, so it begins at 5.032704 s instead of 4300.000000 s" },
+        { "short_td.dat", "",
+          "repeats times every 4295 s, so it begins at 5.032704 s instead of 4300.000000 s" },
+    };
+    const struct event_scene late = { .start_us = 4300000000, .duration_ms = 50 };
+    char from[4096];
+
+    scene = scene_events_make(&late);
+    snprintf(from, sizeof from, "%s", scene_write_recording("later", &scene, 0, 0, true));
+    convert(from, shef_test_temp_path("long.raw"), "--format evt2");
+    for (int i = 0; i < 2; i++) {
+        const struct program_result *result = program_run(
+            "events convert %s %s %s", from, shef_test_temp_path(steps[i][0]), steps[i][1]);
+
+        TEST_ASSERT_EQUAL_INT_MESSAGE(0, result->status, result->err);
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(result->err, steps[i][2]), result->err);
+    }
+}
+
 static void test_what_a_cut_file_still_holds_is_kept_and_the_cut_is_said(void)
 {
     uint8_t *bytes;
@@ -310,6 +334,26 @@ static void test_a_pipe_is_read_as_it_comes(void)
     expect_scene(shef_test_temp_path("from_pipe.raw"), true);
 }
 
+static void test_a_result_that_grows_too_large_leaves_nothing(void)
+{
+    char path[4096];
+    struct rlimit usual;
+
+    scene = scene_events_make(&plain);
+    snprintf(path, sizeof path, "%s", scene_write_raw("large.raw", &scene));
+
+    const int n_entries = shef_test_temp_count();
+
+    TEST_ASSERT_EQUAL_INT(0, getrlimit(RLIMIT_FSIZE, &usual));
+
+    const struct rlimit small = { .rlim_cur = 4096, .rlim_max = usual.rlim_max };
+
+    TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &small));
+    program_run("events convert %s %s/large.csv", path, shef_test_temp_folder());
+    TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &usual));
+    program_expect_failure(1, "large.csv", "File too large", n_entries);
+}
+
 static void test_mistakes_are_refused_and_leave_nothing(void)
 {
     char path[4096];
@@ -377,9 +421,11 @@ int main(void)
     RUN_TEST(test_npy_is_the_array_that_it_says_it_is);
     RUN_TEST(test_csv_has_a_head_and_a_line_an_event);
     RUN_TEST(test_times_pass_the_wraps_of_every_counter);
+    RUN_TEST(test_a_beginning_that_the_format_cannot_say_is_told);
     RUN_TEST(test_what_a_cut_file_still_holds_is_kept_and_the_cut_is_said);
     RUN_TEST(test_a_size_that_is_absurd_or_missing_is_taken_from_the_events);
     RUN_TEST(test_a_pipe_is_read_as_it_comes);
+    RUN_TEST(test_a_result_that_grows_too_large_leaves_nothing);
     RUN_TEST(test_mistakes_are_refused_and_leave_nothing);
     RUN_TEST(test_files_that_hold_no_events_or_no_format_are_named);
     return UNITY_END();

@@ -73,9 +73,14 @@ static enum shef_evt_format pick_format(const struct settings *settings,
     return info->kind == SHEF_EVENTS_DAT ? SHEF_EVT3 : info->format;
 }
 
+struct copied {
+    uint64_t n_events;
+    uint64_t n_triggers;
+    int64_t first_us; /* of the first batch's first event, or trigger if it has none */
+};
+
 static enum shef_err copy_events(struct shef_events_source *source, struct shef_sink *sink,
-                                 uint64_t *out_n_events, uint64_t *out_n_triggers,
-                                 struct shef_error *err)
+                                 struct copied *copied, struct shef_error *err)
 {
     static struct shef_event events[SHEF_EVENTS_BATCH];
     struct shef_event_batch batch = { .events = events, .capacity = SHEF_EVENTS_BATCH };
@@ -87,12 +92,38 @@ static enum shef_err copy_events(struct shef_events_source *source, struct shef_
         code = shef_sink_write(sink, &batch, err);
         if (code != SHEF_OK)
             break;
-        *out_n_events += batch.n_events;
-        *out_n_triggers += batch.n_triggers;
+        if (copied->n_events + copied->n_triggers == 0)
+            copied->first_us =
+                batch.n_events > 0 ? shef_event_batch_time_us(&batch, 0) : batch.triggers[0].t_us;
+        copied->n_events += batch.n_events;
+        copied->n_triggers += batch.n_triggers;
         shef_progress_step(&progress, (int64_t)(1000 * shef_events_source_progress(source)));
     }
     shef_progress_end(&progress);
     return code == SHEF_ERR_EMPTY ? SHEF_OK : code;
+}
+
+/* Says so if readers of the result take its first event for an earlier one. */
+static void note_lost_time(const char *path, enum shef_sink_kind kind, enum shef_evt_format format,
+                           int64_t first_us)
+{
+    int n_bits;
+
+    if (kind == SHEF_SINK_DAT)
+        n_bits = 32;
+    else if (kind == SHEF_SINK_RAW)
+        n_bits = format == SHEF_EVT3 ? 24 : 34;
+    else
+        return;
+
+    const int64_t range_us = (int64_t)1 << n_bits;
+    const int64_t seen_us = first_us & (range_us - 1);
+
+    if (seen_us != first_us)
+        fprintf(stderr,
+                "note: '%s': its format repeats times every %.0f s, so it begins at %.6f s instead "
+                "of %.6f s\n",
+                path, 1e-6 * (double)range_us, 1e-6 * (double)seen_us, 1e-6 * (double)first_us);
 }
 
 static enum shef_err convert(const struct settings *settings, struct shef_events_source *source,
@@ -101,8 +132,7 @@ static enum shef_err convert(const struct settings *settings, struct shef_events
 {
     const struct shef_events_info *info = shef_events_source_info(source);
     struct shef_sink *sink;
-    uint64_t n_events = 0;
-    uint64_t n_triggers = 0;
+    struct copied copied = { .n_events = 0 };
 
     config->is_raw = kind == SHEF_SINK_RAW;
     config->date = info->camera.date[0] ? info->camera.date : NULL;
@@ -115,15 +145,16 @@ static enum shef_err convert(const struct settings *settings, struct shef_events
 
     if (code != SHEF_OK)
         return code;
-    code = copy_events(source, sink, &n_events, &n_triggers, err);
+    code = copy_events(source, sink, &copied, err);
     if (code == SHEF_OK)
         code = shef_sink_close(sink, err);
     else
         shef_sink_abandon(sink);
     if (code != SHEF_OK)
         return code;
-    printf("%" PRIu64 " events, %" PRIu64 " triggers\n", n_events, n_triggers);
+    printf("%" PRIu64 " events, %" PRIu64 " triggers\n", copied.n_events, copied.n_triggers);
     shef_events_source_print_notes(source);
+    note_lost_time(settings->out, kind, config->format, copied.first_us);
     return SHEF_OK;
 }
 

@@ -25,7 +25,10 @@ void shef_interrupt_install(void)
 {
     /* SA_RESETHAND: a second Ctrl-C ends the program at once. */
     const struct sigaction action = { .sa_handler = on_signal, .sa_flags = SA_RESETHAND };
+    const struct sigaction ignore = { .sa_handler = SIG_IGN };
 
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
+    /* A file beyond the user's limit is a failed write, told and tidied up like any other. */
+    sigaction(SIGXFSZ, &ignore, NULL);
 }
