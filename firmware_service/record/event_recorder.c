@@ -193,23 +193,30 @@ enum shef_err shef_event_recorder_write(struct shef_event_recorder *recorder, co
     return code;
 }
 
+/* Adds "N WHAT" to a sentence, if there are any. */
+static void add_loss(char *reason, size_t n_bytes, uint64_t n, const char *what)
+{
+    const size_t used = strlen(reason);
+
+    if (n > 0)
+        snprintf(reason + used, n_bytes - used, "%s%llu times %s", used > 0 ? ", " : "",
+                 (unsigned long long)n, what);
+}
+
 static void judge(struct shef_event_recorder *recorder)
 {
     const struct shef_manifest_events *events = &recorder->recording->manifest.events;
     const struct shef_evt_stats *stats = &events->stats;
-    const uint64_t n_jumps = stats->n_violations[SHEF_EVT_TIME_GAP];
-    char reason[SHEF_ERROR_TEXT_BYTES];
+    char reason[SHEF_ERROR_TEXT_BYTES] = "";
 
-    if (events->n_lost_buffers == 0 && n_jumps == 0 && stats->n_resyncs == 0) {
-        shef_recording_writer_judge(recorder->recording, SHEF_VERDICT_CLEAN, "");
-        return;
-    }
-    snprintf(reason, sizeof reason,
-             "%llu sensor buffers were lost before they could be recorded, the sensor's time "
-             "jumped over lost data %llu times, and its words lost their alignment %llu times",
-             (unsigned long long)events->n_lost_buffers, (unsigned long long)n_jumps,
-             (unsigned long long)stats->n_resyncs);
-    shef_recording_writer_judge(recorder->recording, SHEF_VERDICT_GAPS, reason);
+    if (events->n_lost_buffers > 0)
+        snprintf(reason, sizeof reason, "%llu sensor buffers were lost before they were recorded",
+                 (unsigned long long)events->n_lost_buffers);
+    add_loss(reason, sizeof reason, stats->n_violations[SHEF_EVT_TIME_GAP],
+             "the sensor's time jumped over lost data");
+    add_loss(reason, sizeof reason, stats->n_resyncs, "its words lost their alignment");
+    shef_recording_writer_judge(recorder->recording,
+                                *reason ? SHEF_VERDICT_GAPS : SHEF_VERDICT_CLEAN, reason);
 }
 
 enum shef_err shef_event_recorder_stop(struct shef_event_recorder *recorder, struct shef_error *err)
