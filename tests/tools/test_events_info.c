@@ -102,10 +102,26 @@ static void test_counts_times_and_triggers_are_those_of_the_scene(void)
         TEST_ASSERT_EQUAL_INT64(n_rising, json_integer_value(json_object_get(channel, "rising")));
         TEST_ASSERT_EQUAL_INT64(scene.n_triggers - n_rising,
                                 json_integer_value(json_object_get(channel, "falling")));
-        TEST_ASSERT_EQUAL_DOUBLE(20000,
-                                 json_number_value(json_object_get(channel, "mean_interval_us")));
+        TEST_ASSERT_EQUAL_INT64(20000,
+                                json_integer_value(json_object_get(channel, "usual_interval_us")));
+        TEST_ASSERT_EQUAL_INT64(0, json_integer_value(json_object_get(channel, "missing")));
         TEST_ASSERT_EQUAL_DOUBLE(4000, json_number_value(json_object_get(channel, "mean_high_us")));
     }
+}
+
+static void test_missing_edges_are_counted(void)
+{
+    make_scene(&plain);
+    /* A rising edge and the falling one after it, in two places. */
+    for (size_t i = 6; i + 4 < scene.n_triggers; i++)
+        scene.triggers[i] = scene.triggers[i < 12 ? i + 2 : i + 4];
+    scene.n_triggers -= 4;
+    info(scene_write_raw("missing.raw", &scene), "");
+
+    const json_t *channel = json_array_get(json_object_get(root, "triggers"), 0);
+
+    TEST_ASSERT_EQUAL_INT64(2, json_integer_value(json_object_get(channel, "missing")));
+    TEST_ASSERT_EQUAL_INT64(40000, json_integer_value(json_object_get(channel, "max_interval_us")));
 }
 
 static void test_the_rates_bins_add_up_to_all_events(void)
@@ -312,6 +328,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_counts_times_and_triggers_are_those_of_the_scene);
+    RUN_TEST(test_missing_edges_are_counted);
     RUN_TEST(test_the_rates_bins_add_up_to_all_events);
     RUN_TEST(test_silence_is_a_pause_and_its_place_is_said);
     RUN_TEST(test_a_pixel_that_fires_on_its_own_is_hot_and_a_busy_edge_is_not);

@@ -59,12 +59,49 @@ void shef_events_describe_camera(const struct shef_raw_header *camera, char *out
         snprintf(out_text, n_bytes, "not said");
 }
 
-uint64_t shef_events_count_gaps(const struct shef_events_report *report)
+/* Whether a jump in time is what a gap in the recording looks like. */
+static bool is_explained(const struct shef_recorded_events *recorded,
+                         const struct shef_survey_loss *loss)
+{
+    const struct shef_recorded_gap *gap;
+
+    for (uint32_t i = 0; recorded && (gap = shef_recorded_events_gap(recorded, i)); i++)
+        if (loss->from_us <= gap->to_us && gap->from_us <= loss->to_us)
+            return true;
+    return false;
+}
+
+bool shef_events_report_gap(const struct shef_events_report *report, uint32_t i,
+                            struct shef_events_gap *out_gap)
 {
     const struct shef_recorded_events *recorded = shef_events_source_recorded(report->source);
-    uint64_t n = report->stats.n_violations[SHEF_EVT_TIME_GAP];
+    const struct shef_recorded_gap *gap = recorded ? shef_recorded_events_gap(recorded, i) : NULL;
+    uint32_t n = 0;
 
-    for (uint32_t i = 0; recorded && shef_recorded_events_gap(recorded, i); i++)
+    if (gap) {
+        *out_gap = (struct shef_events_gap){ gap->from_us, gap->to_us, true, gap->n_missing_blocks,
+                                             gap->n_lost_buffers };
+        return true;
+    }
+    while (recorded && shef_recorded_events_gap(recorded, n))
+        n++;
+    for (uint32_t k = 0; k < report->survey->n_losses; k++) {
+        const struct shef_survey_loss *loss = &report->survey->losses[k];
+
+        if (!is_explained(recorded, loss) && n++ == i) {
+            *out_gap = (struct shef_events_gap){ .from_us = loss->from_us, .to_us = loss->to_us };
+            return true;
+        }
+    }
+    return false;
+}
+
+uint32_t shef_events_count_gaps(const struct shef_events_report *report)
+{
+    struct shef_events_gap gap;
+    uint32_t n = 0;
+
+    while (shef_events_report_gap(report, n, &gap))
         n++;
     return n;
 }
@@ -167,6 +204,7 @@ static void print_triggers(const struct shef_survey *survey, FILE *out)
         line(out, "triggers", "none");
     for (int i = 0; i < SHEF_SURVEY_CHANNELS; i++) {
         const struct shef_survey_channel *channel = &survey->channels[i];
+        const uint64_t n_missing = shef_survey_missing_edges(survey, i);
         char interval[128] = "";
         char high[64] = "";
 
@@ -174,7 +212,7 @@ static void print_triggers(const struct shef_survey *survey, FILE *out)
             continue;
         if (channel->n_rising > 1)
             snprintf(interval, sizeof interval, ", every %.3f ms (%.3f to %.3f)",
-                     channel->sum_interval_us / (double)(channel->n_rising - 1) / 1e3,
+                     (double)shef_survey_usual_interval_us(survey, i) / 1e3,
                      (double)channel->min_interval_us / 1e3,
                      (double)channel->max_interval_us / 1e3);
         if (channel->n_high > 0)
@@ -182,31 +220,36 @@ static void print_triggers(const struct shef_survey *survey, FILE *out)
                      channel->sum_high_us / (double)channel->n_high / 1e3);
         line(out, "triggers", "channel %d: %" PRIu64 " rising, %" PRIu64 " falling%s%s", i,
              channel->n_rising, channel->n_falling, interval, high);
+        if (n_missing > 0)
+            line(out, "", "%" PRIu64 " edges seem to be missing", n_missing);
     }
 }
 
 static void print_gaps(const struct shef_events_report *report, FILE *out)
 {
-    const struct shef_recorded_events *recorded = shef_events_source_recorded(report->source);
     const struct shef_survey *survey = report->survey;
-    const struct shef_recorded_gap *gap;
-    const uint64_t n_gaps = shef_events_count_gaps(report);
+    const uint32_t n_gaps = shef_events_count_gaps(report);
+    struct shef_events_gap gap;
 
     if (n_gaps == 0)
         line(out, "lost data", "none known");
     else
-        line(out, "lost data", "%" PRIu64 " gaps", n_gaps);
-    for (uint32_t i = 0;
-         recorded && i < SHOWN_ITEMS && (gap = shef_recorded_events_gap(recorded, i)); i++)
-        line(out, "", "after %.6f s: %" PRIu64 " blocks missing, %u buffers lost while recording",
-             (double)gap->from_us / 1e6, gap->n_missing_blocks, gap->n_lost_buffers);
-    for (uint32_t i = 0; i < survey->n_losses && i < SHOWN_ITEMS; i++)
-        line(out, "", "between %.6f and %.6f s: time jumped",
-             (double)survey->losses[i].from_us / 1e6, (double)survey->losses[i].to_us / 1e6);
+        line(out, "lost data", "%u gap%s", n_gaps, n_gaps == 1 ? "" : "s");
+    for (uint32_t i = 0; i < SHOWN_ITEMS && shef_events_report_gap(report, i, &gap); i++)
+        if (gap.is_recorded)
+            line(out, "",
+                 "between %.6f and %.6f s: %" PRIu64
+                 " blocks missing, %u buffers lost while recording",
+                 (double)gap.from_us / 1e6, (double)gap.to_us / 1e6, gap.n_missing_blocks,
+                 gap.n_lost_buffers);
+        else
+            line(out, "", "between %.6f and %.6f s: time jumped", (double)gap.from_us / 1e6,
+                 (double)gap.to_us / 1e6);
     if (survey->n_pauses > 0)
-        line(out, "silence", "%" PRIu64 " pauses of %.0f ms or more, the longest %.3f ms at %.6f s",
-             survey->n_pauses, (double)survey->pause_us / 1e3, (double)survey->longest_us / 1e3,
-             (double)survey->longest_at_us / 1e6);
+        line(out, "silence",
+             "%" PRIu64 " pause%s of %.0f ms or more, the longest %.3f ms at %.6f s",
+             survey->n_pauses, survey->n_pauses == 1 ? "" : "s", (double)survey->pause_us / 1e3,
+             (double)survey->longest_us / 1e3, (double)survey->longest_at_us / 1e6);
     else
         line(out, "silence", "never %.0f ms; at most %.3f ms, at %.6f s",
              (double)survey->pause_us / 1e3, (double)survey->longest_us / 1e3,

@@ -28,8 +28,22 @@ void shef_events_describe_kind(const struct shef_events_info *info, char *out_te
 void shef_events_describe_camera(const struct shef_raw_header *camera, char *out_text,
                                  size_t n_bytes);
 
-/* How many places are known at which data are missing. */
-uint64_t shef_events_count_gaps(const struct shef_events_report *report);
+/* A place where data are missing. */
+struct shef_events_gap {
+    int64_t from_us; /* event time */
+    int64_t to_us;
+    bool is_recorded; /* the recording knows of it; else the sensor's time jumped */
+    uint64_t n_missing_blocks;
+    uint32_t n_lost_buffers;
+};
+
+/* The i-th gap: those that a recording knows of, then jumps in time that they do not explain.
+ * Returns false behind the last. */
+bool shef_events_report_gap(const struct shef_events_report *report, uint32_t i,
+                            struct shef_events_gap *out_gap);
+
+/* How many there are. */
+uint32_t shef_events_count_gaps(const struct shef_events_report *report);
 
 void shef_events_report_print(const struct shef_events_report *report, FILE *out);
 

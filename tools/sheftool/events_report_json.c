@@ -45,20 +45,20 @@ static json_t *triggers_json(const struct shef_survey *survey)
     for (int i = 0; i < SHEF_SURVEY_CHANNELS; i++) {
         const struct shef_survey_channel *channel = &survey->channels[i];
         const bool has_interval = channel->n_rising > 1;
-        const double n_intervals = (double)channel->n_rising - 1;
 
         if (channel->n_rising + channel->n_falling == 0)
             continue;
         json_array_append_new(
             list,
             json_pack(
-                "{s:i, s:o, s:o, s:o, s:o, s:o, s:o}", "channel", i, "rising",
-                count(channel->n_rising), "falling", count(channel->n_falling), "mean_interval_us",
-                has_interval ? json_real(channel->sum_interval_us / n_intervals) : json_null(),
+                "{s:i, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "channel", i, "rising",
+                count(channel->n_rising), "falling", count(channel->n_falling), "usual_interval_us",
+                has_interval ? json_integer(shef_survey_usual_interval_us(survey, i)) : json_null(),
                 "min_interval_us",
                 has_interval ? json_integer(channel->min_interval_us) : json_null(),
                 "max_interval_us",
-                has_interval ? json_integer(channel->max_interval_us) : json_null(), "mean_high_us",
+                has_interval ? json_integer(channel->max_interval_us) : json_null(), "missing",
+                count(shef_survey_missing_edges(survey, i)), "mean_high_us",
                 channel->n_high > 0 ? json_real(channel->sum_high_us / (double)channel->n_high)
                                     : json_null()));
     }
@@ -67,21 +67,16 @@ static json_t *triggers_json(const struct shef_survey *survey)
 
 static json_t *gaps_json(const struct shef_events_report *report)
 {
-    const struct shef_recorded_events *recorded = shef_events_source_recorded(report->source);
-    const struct shef_survey *survey = report->survey;
-    const struct shef_recorded_gap *gap;
+    struct shef_events_gap gap;
     json_t *list = json_array();
 
-    for (uint32_t i = 0; recorded && (gap = shef_recorded_events_gap(recorded, i)); i++)
+    for (uint32_t i = 0; shef_events_report_gap(report, i, &gap); i++)
         json_array_append_new(list,
-                              json_pack("{s:s, s:I, s:I, s:o, s:I}", "kind", "recording", "from_us",
-                                        (json_int_t)gap->from_us, "to_us", (json_int_t)gap->to_us,
-                                        "missing_blocks", count(gap->n_missing_blocks),
-                                        "lost_buffers", (json_int_t)gap->n_lost_buffers));
-    for (uint32_t i = 0; i < survey->n_losses; i++)
-        json_array_append_new(list, json_pack("{s:s, s:I, s:I}", "kind", "time jumped", "from_us",
-                                              (json_int_t)survey->losses[i].from_us, "to_us",
-                                              (json_int_t)survey->losses[i].to_us));
+                              json_pack("{s:s, s:I, s:I, s:o, s:I}", "kind",
+                                        gap.is_recorded ? "recording" : "time jumped", "from_us",
+                                        (json_int_t)gap.from_us, "to_us", (json_int_t)gap.to_us,
+                                        "missing_blocks", count(gap.n_missing_blocks),
+                                        "lost_buffers", (json_int_t)gap.n_lost_buffers));
     return list;
 }
 

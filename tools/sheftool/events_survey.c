@@ -97,12 +97,14 @@ static void note_time(struct shef_survey *survey, int64_t t_us)
         survey->has_time = true;
         survey->first_us = t_us;
         survey->last_us = t_us;
-        survey->latest_us = t_us;
-        survey->current_ms = t_us / 1000;
-        survey->peak_ms = t_us / 1000;
     }
+    if (t_us > survey->last_us)
+        survey->last_us = t_us;
+}
 
-    const int64_t silence_us = t_us - survey->latest_us;
+static void note_pause(struct shef_survey *survey, int64_t t_us)
+{
+    const int64_t silence_us = survey->has_event ? t_us - survey->latest_us : 0;
 
     if (silence_us >= survey->pause_us)
         survey->n_pauses++;
@@ -110,9 +112,8 @@ static void note_time(struct shef_survey *survey, int64_t t_us)
         survey->longest_us = silence_us;
         survey->longest_at_us = survey->latest_us;
     }
+    survey->has_event = true;
     survey->latest_us = t_us;
-    if (t_us > survey->last_us)
-        survey->last_us = t_us;
 }
 
 static struct shef_survey_bin *bin_of(struct shef_survey *survey, int64_t t_us)
@@ -134,7 +135,7 @@ static void note_peak(struct shef_survey *survey, int64_t t_us)
 {
     const int64_t ms = t_us / 1000;
 
-    if (ms != survey->current_ms) {
+    if (!survey->has_event || ms != survey->current_ms) {
         survey->current_ms = ms;
         survey->current_n = 0;
     }
@@ -167,13 +168,13 @@ static void add_trigger(struct shef_survey *survey, const struct shef_trigger *t
             channel->min_interval_us = interval_us;
         if (channel->n_rising == 1 || interval_us > channel->max_interval_us)
             channel->max_interval_us = interval_us;
-        channel->sum_interval_us += (double)interval_us;
     }
     channel->n_rising++;
     channel->last_rising_us = trigger->t_us;
     channel->is_high = true;
     if (survey->n_marks < SHEF_SURVEY_MARKS)
-        survey->marks_us[survey->n_marks++] = trigger->t_us;
+        survey->marks[survey->n_marks++] =
+            (struct shef_survey_mark){ trigger->t_us, trigger->channel };
 }
 
 static enum shef_err add_event(struct shef_survey *survey, struct shef_event event, int64_t t_us,
@@ -184,6 +185,7 @@ static enum shef_err add_event(struct shef_survey *survey, struct shef_event eve
 
     note_time(survey, t_us);
     note_peak(survey, t_us);
+    note_pause(survey, t_us);
     if (x_px >= survey->width_px || y_px >= survey->height_px) {
         const enum shef_err code = grow(survey, x_px, y_px, err);
 
@@ -223,7 +225,7 @@ static void add_loss(struct shef_survey *survey, int64_t before_us,
 enum shef_err shef_survey_add(struct shef_survey *survey, const struct shef_event_batch *batch,
                               uint64_t n_jumps, struct shef_error *err)
 {
-    const int64_t before_us = survey->has_time ? survey->latest_us : batch->base_us;
+    const int64_t before_us = survey->has_event ? survey->latest_us : batch->base_us;
     enum shef_err code = SHEF_OK;
     uint32_t k = 0;
 
@@ -236,6 +238,62 @@ enum shef_err shef_survey_add(struct shef_survey *survey, const struct shef_even
     if (n_jumps > 0)
         add_loss(survey, before_us, batch);
     return code;
+}
+
+static int compare_times(const void *a, const void *b)
+{
+    const int64_t one = *(const int64_t *)a;
+    const int64_t other = *(const int64_t *)b;
+
+    return one < other ? -1 : one > other;
+}
+
+/* The intervals between a channel's kept edges. Returns how many; the caller frees them. */
+static size_t list_intervals(const struct shef_survey *survey, int channel, int64_t **out_intervals)
+{
+    int64_t *intervals = calloc(survey->n_marks + 1, sizeof *intervals);
+    int64_t last_us = 0;
+    size_t n = 0;
+    bool has_last = false;
+
+    for (uint32_t i = 0; intervals && i < survey->n_marks; i++) {
+        if (survey->marks[i].channel != channel)
+            continue;
+        if (has_last)
+            intervals[n++] = survey->marks[i].t_us - last_us;
+        last_us = survey->marks[i].t_us;
+        has_last = true;
+    }
+    *out_intervals = intervals;
+    return n;
+}
+
+int64_t shef_survey_usual_interval_us(const struct shef_survey *survey, int channel)
+{
+    int64_t *intervals;
+    const size_t n = list_intervals(survey, channel, &intervals);
+    int64_t usual_us = 0;
+
+    if (n > 0) {
+        qsort(intervals, n, sizeof *intervals, compare_times);
+        usual_us = intervals[n / 2];
+    }
+    free(intervals);
+    return usual_us;
+}
+
+uint64_t shef_survey_missing_edges(const struct shef_survey *survey, int channel)
+{
+    const int64_t usual_us = shef_survey_usual_interval_us(survey, channel);
+    int64_t *intervals;
+    const size_t n = list_intervals(survey, channel, &intervals);
+    uint64_t n_missing = 0;
+
+    for (size_t i = 0; usual_us > 0 && i < n; i++)
+        if (intervals[i] > usual_us + usual_us / 2)
+            n_missing += (uint64_t)((intervals[i] + usual_us / 2) / usual_us - 1);
+    free(intervals);
+    return n_missing;
 }
 
 double shef_survey_bin_us(const struct shef_survey *survey, uint32_t bin)

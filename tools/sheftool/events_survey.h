@@ -13,7 +13,7 @@
 
 #define SHEF_SURVEY_BINS     2000
 #define SHEF_SURVEY_CHANNELS 32
-#define SHEF_SURVEY_MARKS    4096 /* times of triggers kept for the picture */
+#define SHEF_SURVEY_MARKS    65536 /* rising edges kept: 20 minutes at 54 Hz */
 #define SHEF_SURVEY_LOSSES   256
 
 /* Events in one stretch of time. */
@@ -29,10 +29,15 @@ struct shef_survey_channel {
     int64_t last_rising_us;
     int64_t min_interval_us;
     int64_t max_interval_us;
-    double sum_interval_us;
     double sum_high_us; /* from a rising edge to the falling one after it */
     uint64_t n_high;
     bool is_high;
+};
+
+/* A rising edge. */
+struct shef_survey_mark {
+    int64_t t_us;
+    uint8_t channel;
 };
 
 /* Data that were lost between two times. */
@@ -48,7 +53,8 @@ struct shef_survey {
     bool has_time;
     int64_t first_us;
     int64_t last_us;
-    int64_t latest_us; /* the last one seen, for pauses */
+    bool has_event;
+    int64_t latest_us; /* of the last event seen, for pauses */
     uint64_t n_on;
     uint64_t n_off;
     /* The rate over time: bins of equal length from first_us on. */
@@ -69,10 +75,10 @@ struct shef_survey {
     uint32_t used_height_px;
     /* Triggers. */
     struct shef_survey_channel channels[SHEF_SURVEY_CHANNELS];
-    int64_t marks_us[SHEF_SURVEY_MARKS];
+    struct shef_survey_mark marks[SHEF_SURVEY_MARKS]; /* the first ones */
     uint32_t n_marks;
     uint64_t n_triggers;
-    /* Silences. */
+    /* Silences, in which triggers may come. */
     uint64_t n_pauses;
     int64_t longest_us;
     int64_t longest_at_us;
@@ -93,6 +99,13 @@ SHEF_MUST_CHECK enum shef_err shef_survey_create(struct shef_survey *survey, uin
 SHEF_MUST_CHECK enum shef_err shef_survey_add(struct shef_survey *survey,
                                               const struct shef_event_batch *batch,
                                               uint64_t n_jumps, struct shef_error *err);
+
+/* The usual interval between the rising edges of a channel: the median of those that are kept.
+ * 0 where there are not two. */
+int64_t shef_survey_usual_interval_us(const struct shef_survey *survey, int channel);
+
+/* How many edges seem to be missing in longer intervals between those that are kept. */
+uint64_t shef_survey_missing_edges(const struct shef_survey *survey, int channel);
 
 /* How long a bin is, in us: the last one ends with the stream. */
 double shef_survey_bin_us(const struct shef_survey *survey, uint32_t bin);
