@@ -155,15 +155,24 @@ static int name_file(int fd, const char *path, const char *temp)
     return 0;
 }
 
+/* Writes everything and, if asked, waits until the disk has it. Returns 0 or errno. */
+static int fill(int fd, const uint8_t *bytes, size_t n_bytes, bool durable)
+{
+    const int failure = write_all(fd, bytes, n_bytes);
+
+    return failure == 0 && durable && fsync(fd) != 0 ? errno : failure;
+}
+
 /* For file systems that know no nameless files. Returns 0 or errno. */
-static int replace_by_temp(const char *path, const char *temp, const uint8_t *bytes, size_t n_bytes)
+static int replace_by_temp(const char *path, const char *temp, const uint8_t *bytes, size_t n_bytes,
+                           bool durable)
 {
     const int fd = open(temp, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
 
     if (fd < 0)
         return errno;
 
-    int failure = close_checked(fd, write_all(fd, bytes, n_bytes));
+    int failure = close_checked(fd, fill(fd, bytes, n_bytes, durable));
 
     if (failure == 0 && rename(temp, path) != 0)
         failure = errno;
@@ -172,7 +181,7 @@ static int replace_by_temp(const char *path, const char *temp, const uint8_t *by
     return failure;
 }
 
-static int replace(const char *path, const uint8_t *bytes, size_t n_bytes)
+static int replace(const char *path, const uint8_t *bytes, size_t n_bytes, bool durable)
 {
     char folder[PATH_MAX], temp[PATH_MAX];
 
@@ -184,25 +193,56 @@ static int replace(const char *path, const uint8_t *bytes, size_t n_bytes)
 
     /* EISDIR: a kernel, EOPNOTSUPP: a file system that does not know O_TMPFILE. */
     if (fd < 0 && (errno == EOPNOTSUPP || errno == EISDIR))
-        return replace_by_temp(path, temp, bytes, n_bytes);
+        return replace_by_temp(path, temp, bytes, n_bytes, durable);
     if (fd < 0)
         return errno;
 
-    int failure = write_all(fd, bytes, n_bytes);
+    /* Before the name: a file system may write the name first, and a power cut between the two
+     * would leave an empty file where the old one was. */
+    int failure = fill(fd, bytes, n_bytes, durable);
 
     if (failure == 0)
         failure = name_file(fd, path, temp);
     return close_checked(fd, failure);
 }
 
-enum shef_err shef_file_replace(const char *path, const void *bytes, size_t n_bytes,
+static enum shef_err write_file(const char *path, const void *bytes, size_t n_bytes, bool durable,
                                 struct shef_error *err)
 {
     struct stat info;
     const bool in_place =
         stat(path, &info) == 0 && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode);
     const int failure =
-        in_place ? write_in_place(path, bytes, n_bytes) : replace(path, bytes, n_bytes);
+        in_place ? write_in_place(path, bytes, n_bytes) : replace(path, bytes, n_bytes, durable);
 
+    if (failure == 0 && durable && !in_place)
+        shef_file_sync_name(path);
     return failure == 0 ? SHEF_OK : shef_fail_os(err, failure, "write '%s'", path);
+}
+
+enum shef_err shef_file_replace(const char *path, const void *bytes, size_t n_bytes,
+                                struct shef_error *err)
+{
+    return write_file(path, bytes, n_bytes, true, err);
+}
+
+enum shef_err shef_file_replace_lazily(const char *path, const void *bytes, size_t n_bytes,
+                                       struct shef_error *err)
+{
+    return write_file(path, bytes, n_bytes, false, err);
+}
+
+void shef_file_sync_name(const char *path)
+{
+    char folder[PATH_MAX];
+
+    if (!folder_of(path, folder))
+        return;
+
+    const int fd = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+
+    if (fd < 0)
+        return;
+    (void)fsync(fd);
+    close(fd);
 }

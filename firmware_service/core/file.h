@@ -1,8 +1,9 @@
 /* Whole files: read into memory in one go, replaced in one go.
  *
  * Encoders build their bytes in memory and hand them over at the end, so a path holds either
- * the old file or the new one, never half of one, also when the program is killed. Not for
- * streaming threads. Thread: any, one file each. */
+ * the old file or the new one, never half of one, also when the program is killed or, where the
+ * file is not written lazily, the power fails. Not for streaming threads. Thread: any, one file
+ * each. */
 #ifndef SHEF_CORE_FILE_H
 #define SHEF_CORE_FILE_H
 
@@ -24,11 +25,20 @@ SHEF_MUST_CHECK enum shef_err shef_file_read(const char *path, size_t max_bytes,
                                              struct shef_error *err);
 
 /* Creates the file or replaces its content. The folder must exist. A path that is there and is
- * no regular file (a pipe, /dev/stdout) is written to as it is. The data is handed to the
- * operating system, not forced to the disk: a power cut may lose it.
+ * no regular file (a pipe, /dev/stdout) is written to as it is. Returns when the disk has the
+ * data, which takes milliseconds.
  * On failure the old file, if any, is untouched and nothing new is left in the folder. */
 SHEF_MUST_CHECK enum shef_err shef_file_replace(const char *path, const void *bytes, size_t n_bytes,
                                                 struct shef_error *err);
+
+/* The same without waiting for the disk: a power cut soon after may leave an empty file. For what
+ * can be made again, such as pictures, and for folders of many files that are synced as one. */
+SHEF_MUST_CHECK enum shef_err shef_file_replace_lazily(const char *path, const void *bytes,
+                                                       size_t n_bytes, struct shef_error *err);
+
+/* After a rename to path: waits until the disk has the name. Where a file system cannot do that,
+ * a power cut may bring back what the path held before; that is no error. */
+void shef_file_sync_name(const char *path);
 
 #ifdef __cplusplus
 }

@@ -189,7 +189,7 @@ enum shef_err shef_pfm_write(const char *path, struct shef_image_f32 image, stru
         }
     }
 
-    const enum shef_err code = shef_file_replace(path, bytes, (size_t)(next - bytes), err);
+    const enum shef_err code = shef_file_replace_lazily(path, bytes, (size_t)(next - bytes), err);
 
     free(bytes);
     return code;

@@ -29,7 +29,7 @@ SHEF_MUST_CHECK enum shef_err shef_pfm_decode(const uint8_t *bytes, size_t n_byt
                                               struct shef_image_f32 *out_image,
                                               struct shef_error *err);
 
-/* Writes a file; see shef_file_replace() for what a failure leaves behind. */
+/* Writes a file; see shef_file_replace_lazily() for what a failure leaves behind. */
 SHEF_MUST_CHECK enum shef_err shef_pfm_write(const char *path, struct shef_image_f32 image,
                                              struct shef_error *err);
 

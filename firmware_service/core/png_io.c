@@ -272,7 +272,7 @@ static enum shef_err write_source(const char *path, const struct source *source,
     if (session.png)
         session.info = png_create_info_struct(session.png);
     if (session.info && write_image(&session, source))
-        code = shef_file_replace(path, session.bytes, session.n_bytes, err);
+        code = shef_file_replace_lazily(path, session.bytes, session.n_bytes, err);
     else
         code = shef_fail(err, SHEF_ERR_NO_MEMORY, "write '%s': %s", path, session.reason);
     png_destroy_write_struct(&session.png, &session.info);

@@ -34,8 +34,8 @@ SHEF_MUST_CHECK enum shef_err shef_png_decode_u16(const uint8_t *bytes, size_t n
                                                   struct shef_image_u16 *out_image,
                                                   struct shef_error *err);
 
-/* Write a grey file of 8 or 16 bits or a colour file of 3 x 8 bits; see shef_file_replace() for
- * what a failure leaves behind. */
+/* Write a grey file of 8 or 16 bits or a colour file of 3 x 8 bits; see shef_file_replace_lazily()
+ * for what a failure leaves behind. */
 SHEF_MUST_CHECK enum shef_err shef_png_write_u8(const char *path, struct shef_image_u8 image,
                                                 struct shef_error *err);
 SHEF_MUST_CHECK enum shef_err shef_png_write_u16(const char *path, struct shef_image_u16 image,

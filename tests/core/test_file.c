@@ -16,6 +16,12 @@
 static bool knows_nameless_files = true;
 static size_t max_write_bytes = SIZE_MAX;
 static bool disk_is_full;
+static bool disk_is_broken;
+static int n_file_syncs;
+static int n_folder_syncs;
+static const char *watched_path; /* looked at when something is synced */
+static char content_at_file_sync[64];
+static char content_at_folder_sync[64];
 
 /* Stands in for the C library's open(): a file system without O_TMPFILE can be had at will. */
 int open(const char *path, int flags, ...)
@@ -44,8 +50,42 @@ ssize_t write(int fd, const void *bytes, size_t n_bytes)
     return syscall(SYS_write, fd, bytes, n_bytes);
 }
 
+static void read_watched(char content[64])
+{
+    FILE *file = watched_path ? fopen(watched_path, "r") : NULL;
+    const size_t n = file ? fread(content, 1, 63, file) : 0;
+
+    content[n] = '\0';
+    if (file)
+        fclose(file);
+}
+
+/* Stands in for fsync(): notes what a power cut at that moment would find under the name. */
+int fsync(int fd)
+{
+    struct stat info;
+
+    TEST_ASSERT_EQUAL_INT(0, fstat(fd, &info));
+    if (S_ISDIR(info.st_mode)) {
+        n_folder_syncs++;
+        read_watched(content_at_folder_sync);
+    } else {
+        n_file_syncs++;
+        read_watched(content_at_file_sync);
+    }
+    if (disk_is_broken) {
+        errno = EIO;
+        return -1;
+    }
+    return 0;
+}
+
 void setUp(void)
 {
+    disk_is_broken = false;
+    n_file_syncs = 0;
+    n_folder_syncs = 0;
+    watched_path = NULL;
     knows_nameless_files = true;
     max_write_bytes = SIZE_MAX;
     disk_is_full = false;
@@ -149,6 +189,51 @@ static void test_a_full_disk_keeps_the_old_file_and_leaves_nothing_new(void)
     }
 }
 
+static void test_the_disk_has_the_data_before_the_name_is_given(void)
+{
+    for (int nameless = 0; nameless <= 1; nameless++) {
+        const char *path = shef_test_temp_path("durable");
+
+        setUp();
+        knows_nameless_files = nameless;
+        write_text(path, "old");
+        TEST_ASSERT_EQUAL_INT(1, n_file_syncs);
+        watched_path = path;
+        write_text(path, "new");
+        TEST_ASSERT_EQUAL_INT(2, n_file_syncs);
+        TEST_ASSERT_EQUAL_STRING("old", content_at_file_sync);
+        TEST_ASSERT_EQUAL_INT(2, n_folder_syncs);
+        TEST_ASSERT_EQUAL_STRING("new", content_at_folder_sync);
+    }
+}
+
+static void test_a_file_that_the_disk_cannot_keep_leaves_the_old_one(void)
+{
+    for (int nameless = 0; nameless <= 1; nameless++) {
+        const char *path = shef_test_temp_path("kept-too");
+
+        setUp();
+        knows_nameless_files = nameless;
+        write_text(path, "old");
+        const int n_before = shef_test_temp_count();
+
+        disk_is_broken = true;
+        TEST_ASSERT_EQUAL(SHEF_ERR_IO, shef_file_replace(path, "new", 3, NULL));
+        expect_content(path, "old");
+        TEST_ASSERT_EQUAL_INT(n_before, shef_test_temp_count());
+    }
+}
+
+static void test_a_lazy_file_does_not_wait_for_the_disk(void)
+{
+    const char *path = shef_test_temp_path("lazy");
+
+    disk_is_broken = true;
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_file_replace_lazily(path, "text", 4, NULL));
+    TEST_ASSERT_EQUAL_INT(0, n_file_syncs + n_folder_syncs);
+    expect_content(path, "text");
+}
+
 static void test_new_files_get_the_mode_that_the_umask_allows(void)
 {
     const mode_t old_mask = umask(027);
@@ -223,6 +308,9 @@ int main(void)
     RUN_TEST(test_what_a_killed_program_left_is_no_hindrance);
     RUN_TEST(test_short_writes_are_continued);
     RUN_TEST(test_a_full_disk_keeps_the_old_file_and_leaves_nothing_new);
+    RUN_TEST(test_the_disk_has_the_data_before_the_name_is_given);
+    RUN_TEST(test_a_file_that_the_disk_cannot_keep_leaves_the_old_one);
+    RUN_TEST(test_a_lazy_file_does_not_wait_for_the_disk);
     RUN_TEST(test_new_files_get_the_mode_that_the_umask_allows);
     RUN_TEST(test_a_device_is_written_to_and_not_replaced);
     RUN_TEST(test_a_missing_folder_and_a_folder_as_target_are_errors);

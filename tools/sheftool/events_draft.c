@@ -1,8 +1,11 @@
 #include "sheftool/events_draft.h"
 
 #include <errno.h>
+#include <stdbool.h>
 #include <string.h>
 #include <unistd.h>
+
+#include "core/file.h"
 
 #define BUFFER_BYTES (1u << 20)
 
@@ -30,15 +33,19 @@ enum shef_err shef_draft_fail(const struct shef_draft *draft, struct shef_error 
 
 enum shef_err shef_draft_commit(struct shef_draft *draft, struct shef_error *err)
 {
-    FILE *file = draft->file;
+    /* The disk has the data before they get the name, which a power cut could else leave on an
+     * empty file. */
+    const bool is_whole = fflush(draft->file) == 0 && fsync(fileno(draft->file)) == 0;
 
-    draft->file = NULL;
-    if (fclose(file) != 0 || rename(draft->part, draft->path) != 0) {
+    if (!is_whole || rename(draft->part, draft->path) != 0) {
         const enum shef_err code = shef_draft_fail(draft, err);
 
         shef_draft_discard(draft);
         return code;
     }
+    shef_file_sync_name(draft->path);
+    fclose(draft->file);
+    draft->file = NULL;
     draft->part[0] = '\0';
     return SHEF_OK;
 }

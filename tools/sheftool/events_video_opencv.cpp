@@ -12,7 +12,10 @@
 #include <opencv2/videoio.hpp>
 #include <opencv2/videoio/registry.hpp>
 
+#include <fcntl.h>
 #include <unistd.h>
+
+#include "core/file.h"
 
 struct shef_video {
     std::string path;
@@ -124,6 +127,22 @@ static enum shef_err check_written(const struct shef_video *video, struct shef_e
     return SHEF_OK;
 }
 
+/* Waits until the disk has the data, before they get their name. Returns 0 or -1 with errno. */
+static int sync_file(const char *path)
+{
+    const int fd = open(path, O_RDONLY | O_CLOEXEC);
+
+    if (fd < 0)
+        return -1;
+
+    const int result = fsync(fd);
+    const int failure = errno;
+
+    close(fd);
+    errno = failure;
+    return result;
+}
+
 extern "C" enum shef_err shef_video_close(struct shef_video *video, struct shef_error *err)
 {
     const enum shef_err code = guarded(err, video->path.c_str(), [&] {
@@ -131,9 +150,13 @@ extern "C" enum shef_err shef_video_close(struct shef_video *video, struct shef_
 
         const enum shef_err written = check_written(video, err);
 
-        if (written == SHEF_OK && rename(video->part.c_str(), video->path.c_str()) != 0)
+        if (written != SHEF_OK)
+            return written;
+        if (sync_file(video->part.c_str()) != 0 ||
+            rename(video->part.c_str(), video->path.c_str()) != 0)
             return shef_fail_os(err, errno, "write '%s'", video->path.c_str());
-        return written;
+        shef_file_sync_name(video->path.c_str());
+        return SHEF_OK;
     });
 
     if (code == SHEF_OK)

@@ -266,10 +266,31 @@ enum shef_err shef_output_folder_add(struct shef_output_folder *folder, char *ou
     return SHEF_OK;
 }
 
+/* Waits until the disk has all files of the folder. One by one, hundreds of them would take
+ * seconds. Returns 0 or errno. */
+static int sync_files(const char *path)
+{
+    const int fd = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+
+    if (fd < 0)
+        return errno;
+
+    const int failure = syncfs(fd) != 0 ? errno : 0;
+
+    close(fd);
+    return failure;
+}
+
 static enum shef_err put_in_place(struct shef_output_folder *folder, struct shef_error *err)
 {
+    /* An earlier result goes now; a power cut must not leave empty files in its place. */
+    const int failure = sync_files(folder->staging);
+
+    if (failure != 0)
+        return shef_fail_os(err, failure, "write folder '%s'", folder->final);
     if (folder->replaces) {
         if (renameat2(AT_FDCWD, folder->staging, AT_FDCWD, folder->final, RENAME_EXCHANGE) == 0) {
+            shef_file_sync_name(folder->final);
             remove_folder(folder->staging, 1);
             return SHEF_OK;
         }
@@ -280,6 +301,7 @@ static enum shef_err put_in_place(struct shef_output_folder *folder, struct shef
     }
     if (rename(folder->staging, folder->final) != 0)
         return shef_fail_os(err, errno, "put folder '%s' in place", folder->final);
+    shef_file_sync_name(folder->final);
     return SHEF_OK;
 }
 
