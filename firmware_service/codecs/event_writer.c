@@ -62,6 +62,9 @@ static enum shef_err commit(struct draft *draft, struct shef_error *err)
 
     if (!file)
         return SHEF_OK;
+    /* The disk has the data before they get the name: a power cut leaves no empty file. */
+    if (fflush(file) != 0 || fsync(fileno(file)) != 0)
+        return shef_fail_os(err, errno, "write event file '%s'", draft->part);
     draft->file = NULL;
     if (fclose(file) != 0)
         return shef_fail_os(err, errno, "write event file '%s'", draft->part);
