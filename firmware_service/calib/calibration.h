@@ -24,10 +24,9 @@ struct shef_calibrated_camera {
     struct shef_camera_model sigma; /* of each parameter */
 };
 
-struct shef_calibrated_pose {
-    struct shef_rigid t;
-    double rotation_sigma_rad; /* about any axis */
-    double position_sigma_m;   /* along any axis */
+struct shef_rigid_sigma {
+    double rotation_rad; /* about any axis */
+    double position_m;   /* along any axis */
 };
 
 struct shef_calibrated_delay {
@@ -40,8 +39,10 @@ struct shef_calibration {
     char profile[SHEF_CALIBRATION_NAME_BYTES]; /* "wide" or "paper": how it is meant to be used */
     struct shef_calibrated_camera frame;
     struct shef_calibrated_camera event;
-    struct shef_calibrated_pose event_frame; /* T_event_frame; t_m is about (-0.06544, 0, 0) */
-    struct shef_calibrated_pose hand_frame;  /* T_H_C */
+    struct shef_rigid t_event_frame; /* its t_m is about (-0.06544, 0, 0) */
+    struct shef_rigid_sigma t_event_frame_sigma;
+    struct shef_rigid t_hand_frame; /* T_H_C */
+    struct shef_rigid_sigma t_hand_frame_sigma;
     double tcp_offset[6]; /* flange to H as the controller has it: m, rotation vector in rad */
     double tcp_offset_sigma[6];
     struct shef_calibrated_delay frame_delay; /* true mid-exposure after that of the trigger */

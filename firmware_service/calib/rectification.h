@@ -38,6 +38,22 @@ struct shef_rectification {
 struct shef_rectification shef_rectification_wide(void);
 struct shef_rectification shef_rectification_paper(void);
 
+struct shef_calibration;
+
+/* Both sides of a rig in a profile: left is the frame camera, right the event camera.
+ *   profile         "wide" or "paper"
+ *   out_baseline_m  between the cameras' centres; disparity is f_px * baseline_m / Z
+ * The rectified axes R have their origin in the frame camera's centre: T_C_R is the left side's
+ * r_camera_rectified without a translation. Their z lies between both optical axes.
+ * SHEF_ERR_INVALID: no such profile, or cameras that are no stereo pair: the event camera less than
+ * 1 mm or more than 1 m away, not to the right, or axes more than 30 degrees apart. */
+SHEF_MUST_CHECK enum shef_err shef_rectification_pair(const struct shef_calibration *calibration,
+                                                      const char *profile,
+                                                      struct shef_rectification *out_left,
+                                                      struct shef_rectification *out_right,
+                                                      double *out_baseline_m,
+                                                      struct shef_error *err);
+
 /* Whether sizes and focal lengths are in range.
  * SHEF_ERR_INVALID with a sentence if not. */
 SHEF_MUST_CHECK enum shef_err shef_rectification_check(
