@@ -4,7 +4,7 @@
 #   1. UNITY_ROOT: a folder that holds unity.c and unity.h (also as src/unity.c)
 #   2. an installed CMake package
 #   3. the cache that tools/fetch-unity fills: $SHEF_CACHE, else $XDG_CACHE_HOME/shef, else
-#      ~/.cache/shef
+#      ~/.cache/shef; then build/cache of this checkout
 #   4. upstream's release at a pinned tag, only with -DSHEF_DOWNLOAD_UNITY=ON
 # Unity_FOUND tells the result; nothing here is fatal.
 
@@ -27,7 +27,7 @@ if(NOT TARGET unity::framework)
     if(UNITY_ROOT)
         set(unity_folders ${UNITY_ROOT})
     else()
-        set(unity_folders ${unity_cache}/unity)
+        set(unity_folders ${unity_cache}/unity ${PROJECT_SOURCE_DIR}/build/cache/unity)
     endif()
     find_path(unity_folder unity.c PATHS ${unity_folders} PATH_SUFFIXES src
               NO_DEFAULT_PATH NO_CMAKE_FIND_ROOT_PATH NO_CACHE)
