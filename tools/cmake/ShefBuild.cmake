@@ -16,8 +16,15 @@ set(CMAKE_CXX_FLAGS_DEBUG "-Og -g")
 
 find_program(CCACHE ccache)
 if(CCACHE)
-    set(CMAKE_C_COMPILER_LAUNCHER ${CCACHE})
-    set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+    # Where its folder cannot be written, ccache fails instead of compiling.
+    execute_process(COMMAND ${CCACHE} --get-config cache_dir OUTPUT_VARIABLE ccache_folder
+                    OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+    execute_process(COMMAND mkdir -p ${ccache_folder}/tmp ERROR_QUIET)
+    execute_process(COMMAND test -w ${ccache_folder}/tmp RESULT_VARIABLE ccache_refused)
+    if(NOT ccache_refused)
+        set(CMAKE_C_COMPILER_LAUNCHER ${CCACHE})
+        set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+    endif()
 endif()
 
 find_package(Threads REQUIRED)
