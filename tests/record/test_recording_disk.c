@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "recordings.h"
+#include "support/namespaces.h"
 
 static struct shef_test_random random_source;
 static struct sensor_stream stream;
@@ -124,9 +125,7 @@ static void test_a_full_disk_ends_the_recording_in_order(void)
 
     TEST_ASSERT_TRUE(pid >= 0);
     if (pid == 0) {
-        /* A file system of our own, which nobody else sees. */
-        if ((unshare(CLONE_NEWNS) != 0 && unshare(CLONE_NEWUSER | CLONE_NEWNS) != 0) ||
-            mount("none", "/", NULL, MS_REC | MS_PRIVATE, NULL) != 0 ||
+        if (!shef_test_enter_namespaces(CLONE_NEWNS) ||
             mount("none", mount_point, "tmpfs", 0, "size=2m") != 0)
             _exit(NO_MOUNT);
         record_until_refused(folder, SHEF_ERR_NO_SPACE, "No space left on device");

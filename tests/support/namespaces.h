@@ -1,0 +1,15 @@
+/* Namespaces of a test's own: mounts and networks that nobody else sees.
+ *
+ * For a child process that the test forks. Works for root and, where the kernel lets ordinary users
+ * make user namespaces, for everyone. */
+#ifndef SHEF_TESTS_SUPPORT_NAMESPACES_H
+#define SHEF_TESTS_SUPPORT_NAMESPACES_H
+
+#include <stdbool.h>
+
+/* Moves the calling process, which has one thread, into namespaces of its own.
+ *   flags  CLONE_NEWNS, CLONE_NEWNET or both; mounts are made private
+ * Returns false where this user may not. */
+bool shef_test_enter_namespaces(int flags);
+
+#endif
