@@ -4,12 +4,18 @@
  *   bench_decode [--repeats N] [--loops N] FILE...
  *
  * FILE is a RAW recording; its event data is laid N times after itself in memory (default 1: what
- * a cache holds; 60: what it does not). Prints the best and the median of the repeats. */
+ * a cache holds; 60: what it does not). Prints the best and the median of the repeats.
+ *
+ *   bench_decode --file FILE
+ *
+ * Reads FILE once, from its opening to its end, and prints events, seconds and sum for
+ * tools/bench-codecs-peer. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
+#include "codecs/event_reader.h"
 #include "codecs/evt.h"
 #include "codecs/kernels/evt_run.h"
 #include "codecs/raw_header.h"
@@ -132,6 +138,33 @@ static struct result measure(const struct recording *recording, uint32_t feature
     return result;
 }
 
+static int read_file(const char *path)
+{
+    static _Alignas(64) struct shef_event events[SHEF_BATCH_EVENTS];
+    struct shef_event_batch batch = { .events = events, .capacity = SHEF_BATCH_EVENTS };
+    struct shef_event_reader *reader;
+    struct shef_error err;
+    uint64_t n_events = 0;
+    uint64_t checksum = 0;
+    const double start_s = now_s();
+    enum shef_err code = shef_event_reader_open(path, shef_cpu_features(), &reader, &err);
+
+    if (code == SHEF_OK) {
+        while ((code = shef_event_reader_next(reader, &batch, &err)) == SHEF_OK) {
+            checksum += sum_of(&batch);
+            n_events += batch.n_events;
+        }
+        shef_event_reader_close(reader);
+    }
+    if (code != SHEF_ERR_EMPTY) {
+        fprintf(stderr, "bench_decode: %s\n", err.text);
+        return 1;
+    }
+    printf("%llu %.9f %llu\n", (unsigned long long)n_events, now_s() - start_s,
+           (unsigned long long)checksum);
+    return 0;
+}
+
 int main(int argc, char **argv)
 {
     static const char *const isas[] = { "c", "neon", "avx2", "avx512" };
@@ -140,6 +173,8 @@ int main(int argc, char **argv)
     int n_loops = 1;
     int first = 1;
 
+    if (argc == 3 && strcmp(argv[1], "--file") == 0)
+        return read_file(argv[2]);
     for (; first + 1 < argc && strncmp(argv[first], "--", 2) == 0; first += 2) {
         if (strcmp(argv[first], "--repeats") == 0)
             n_repeats = atoi(argv[first + 1]);
@@ -147,7 +182,7 @@ int main(int argc, char **argv)
             n_loops = atoi(argv[first + 1]);
     }
     if (first >= argc || n_repeats < 1 || n_loops < 1) {
-        fprintf(stderr, "Usage: bench_decode [--repeats N] [--loops N] FILE...\n");
+        fprintf(stderr, "Usage: bench_decode [--repeats N] [--loops N] FILE... | --file FILE\n");
         return 2;
     }
     shef_cpu_model(model, sizeof model);
