@@ -14,6 +14,7 @@
 #include "codecs/evt.h"
 #include "codecs/raw_header.h"
 #include "core/error.h"
+#include "core/sha256.h"
 #include "record/block_index.h"
 
 #ifdef __cplusplus
@@ -22,7 +23,6 @@ extern "C" {
 
 #define SHEF_MANIFEST_NAME       "manifest.json"
 #define SHEF_MANIFEST_MAX_BYTES  (64u << 20)
-#define SHEF_SHA256_TEXT_BYTES   65
 #define SHEF_MANIFEST_PATH_BYTES 128
 #define SHEF_MANIFEST_MAX_GAPS   32
 

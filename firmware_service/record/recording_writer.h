@@ -8,8 +8,8 @@
 #include <limits.h>
 
 #include "core/error.h"
+#include "core/sha256.h"
 #include "record/manifest.h"
-#include "record/sha256.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -8,8 +8,8 @@
 #include <stdint.h>
 
 #include "core/error.h"
+#include "core/sha256.h"
 #include "record/block_reader.h"
-#include "record/sha256.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -1,4 +1,4 @@
-#include "record/sha256.h"
+#include "core/sha256.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -12,6 +12,23 @@
 static enum shef_err fail_crypto(const char *path, struct shef_error *err)
 {
     return shef_fail(err, SHEF_ERR_NO_MEMORY, "SHA-256 of '%s': libcrypto refused", path);
+}
+
+static void write_digits(const uint8_t *digest, char out_text[SHEF_SHA256_TEXT_BYTES])
+{
+    for (int i = 0; i < (SHEF_SHA256_TEXT_BYTES - 1) / 2; i++)
+        snprintf(out_text + 2 * i, 3, "%02x", digest[i]);
+}
+
+enum shef_err shef_sha256_bytes(const void *bytes, size_t n_bytes,
+                                char out_text[SHEF_SHA256_TEXT_BYTES], struct shef_error *err)
+{
+    uint8_t digest[EVP_MAX_MD_SIZE];
+
+    if (EVP_Digest(bytes, n_bytes, digest, NULL, EVP_sha256(), NULL) != 1)
+        return shef_fail(err, SHEF_ERR_NO_MEMORY, "SHA-256: libcrypto refused");
+    write_digits(digest, out_text);
+    return SHEF_OK;
 }
 
 static enum shef_err hash_open_file(int fd, EVP_MD_CTX *hash, uint8_t *piece, const char *path,
@@ -53,8 +70,8 @@ enum shef_err shef_sha256_file(const char *path, shef_go_on_fn *go_on, void *con
         code = hash_open_file(fd, hash, piece, path, go_on, context, err);
     if (code == SHEF_OK && EVP_DigestFinal_ex(hash, digest, NULL) != 1)
         code = fail_crypto(path, err);
-    for (int i = 0; code == SHEF_OK && i < (SHEF_SHA256_TEXT_BYTES - 1) / 2; i++)
-        snprintf(out_text + 2 * i, 3, "%02x", digest[i]);
+    if (code == SHEF_OK)
+        write_digits(digest, out_text);
     EVP_MD_CTX_free(hash);
     free(piece);
     close(fd);
