@@ -1,0 +1,13 @@
+#include "shefsim/kernels/event_scan_loops.h"
+
+void sim_level_avx512(const float *radiance, float dark, int32_t offset, int32_t n_px,
+                      int32_t *out_level)
+{
+    level_row(radiance, dark, offset, n_px, out_level);
+}
+
+void sim_scan_avx512(const int32_t *level, const int32_t *low, const int32_t *high, int32_t n_px,
+                     uint8_t *out_hit)
+{
+    scan_row(level, low, high, n_px, out_hit);
+}
