@@ -251,6 +251,8 @@ static void test_mistakes_are_refused_and_leave_nothing(void)
     program_expect_failure(2, "--to 4", "--from 5", n_entries);
     program_run("events render %s %s/out --rate 1000", source, shef_test_temp_folder());
     program_expect_failure(2, "--rate 1000", "--read at-mid", n_entries);
+    program_run("events render %s %s", source, shef_test_temp_path("out.mkv"));
+    program_expect_failure(2, "out.mkv", "video in .mp4", n_entries);
     program_run("events render %s /nowhere/out.mp4", source);
     program_expect_failure(1, "/nowhere/out.mp4", "No such file", n_entries);
     program_run("events render %s %s", source, source);

@@ -3,6 +3,7 @@
 #include <jansson.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 #include "core/cpu.h"
 #include "core/png_io.h"
@@ -73,19 +74,38 @@ struct output {
     struct shef_video *video;
     json_t *list; /* of the pictures */
     uint64_t n;
+    uint64_t n_predicted; /* of them: their trigger was lost */
 };
 
 static bool is_video_name(const char *path)
 {
     const size_t n = strlen(path);
 
-    return n > 4 && strcmp(path + n - 4, ".mp4") == 0;
+    return n > 4 && strcasecmp(path + n - 4, ".mp4") == 0;
+}
+
+/* Names that ask for a file of a kind that is not written; a folder would surprise. */
+static bool is_other_file_name(const char *path)
+{
+    static const char *const endings[] = { ".avi", ".gif", ".jpg", ".jpeg", ".m4v",
+                                           ".mkv", ".mov", ".mpg", ".png",  ".webm" };
+    const char *dot = strrchr(path, '.');
+
+    for (size_t i = 0; dot && i < sizeof endings / sizeof endings[0]; i++)
+        if (strcasecmp(dot, endings[i]) == 0)
+            return true;
+    return false;
 }
 
 static enum shef_err check(const void *opaque, struct shef_error *err)
 {
     const struct settings *settings = opaque;
 
+    if (is_other_file_name(settings->out))
+        return shef_fail(err, SHEF_ERR_INVALID,
+                         "'%s': the result is a folder of PNG files or a video in .mp4; name one "
+                         "of these",
+                         settings->out);
     if (settings->to_s < settings->from_s)
         return shef_fail(err, SHEF_ERR_INVALID, "--to %g lies before --from %g", settings->to_s,
                          settings->from_s);
@@ -160,6 +180,7 @@ static enum shef_err use_moment(void *context, const struct shef_moment *moment,
                   (snapshot->flags & SHEF_SNAPSHOT_LATE_TRIGGER) != 0, "edge_threshold_c",
                   threshold_c, "hot_pixels", (json_int_t)moment->n_hot));
     output->n++;
+    output->n_predicted += (snapshot->flags & SHEF_SNAPSHOT_PREDICTED) != 0;
     return code;
 }
 
@@ -198,6 +219,16 @@ static enum shef_err commit_output(struct output *output, struct shef_error *err
     return code;
 }
 
+static void sum_up(const struct output *output, const struct shef_snapshot_stats *stats)
+{
+    printf("%" PRIu64 " picture%s", output->n, output->n == 1 ? "" : "s");
+    if (output->n_predicted > 0)
+        printf(", %" PRIu64 " of a lost trigger at the predicted instant", output->n_predicted);
+    if (stats->n_lost > 0)
+        printf("; %" PRIu64 " could not be taken", stats->n_lost);
+    putchar('\n');
+}
+
 static enum shef_err render(const struct settings *settings, struct shef_events_source *source,
                             uint32_t width_px, uint32_t height_px, struct shef_error *err)
 {
@@ -224,9 +255,7 @@ static enum shef_err render(const struct settings *settings, struct shef_events_
     if (code == SHEF_OK)
         code = commit_output(&output, err);
     if (code == SHEF_OK)
-        printf("%" PRIu64 " pictures; %" PRIu64 " triggers lost and predicted, %" PRIu64
-               " snapshots lost\n",
-               output.n, stats.n_predicted, stats.n_lost);
+        sum_up(&output, &stats);
     discard_output(&output);
     return code;
 }

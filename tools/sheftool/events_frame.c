@@ -8,8 +8,9 @@
 #include "core/memory.h"
 #include "sheftool/picture.h"
 
-#define HEAD_PX   16 /* the line of text */
-#define GAP_PX    8  /* between the images */
+#define HEAD_PX   28 /* a line on the moment, one on each image */
+#define CAPTION_Y 16
+#define GAP_PX    8 /* between the images */
 #define LETTER_PX 6
 
 static const struct shef_rgb8 paper = { 36, 38, 42 };
@@ -160,19 +161,55 @@ static void draw_head(struct shef_frame *frame, const struct shef_moment *moment
         shef_picture_draw_text(frame->picture, x, 4, 1, alarm, "trigger late");
 }
 
+/* A text above an image, as far as the image reaches. */
+static void draw_caption(struct shef_frame *frame, int32_t x0, const char *caption)
+{
+    char text[128];
+    const size_t n_fit = (size_t)(frame->params.width_px - 4) / LETTER_PX;
+
+    snprintf(text, sizeof text, "%s", caption);
+    if (n_fit < sizeof text)
+        text[n_fit] = '\0';
+    shef_picture_draw_text(frame->picture, x0 + 4, CAPTION_Y, 1, ink, text);
+}
+
+static void describe_values(struct shef_frame *frame, int32_t x0)
+{
+    char text[128];
+
+    snprintf(text, sizeof text, "filter: black -%g to white +%g contrast steps",
+             frame->params.range_c, frame->params.range_c);
+    draw_caption(frame, x0, text);
+}
+
+static void describe_edges(struct shef_frame *frame, int32_t x0, double threshold_c)
+{
+    const bool is_signed = frame->edges.kind != SHEF_EDGE_UNSIGNED;
+    char text[128];
+
+    snprintf(text, sizeof text, "%sedges above %.2f contrast steps%s",
+             frame->params.edges == SHEF_FRAME_EDGES_THIN ? "thin " : "", threshold_c,
+             is_signed ? ": blue rising, orange falling" : "");
+    draw_caption(frame, x0, text);
+}
+
 double shef_frame_draw(struct shef_frame *frame, const struct shef_moment *moment)
 {
     const enum shef_frame_show show = frame->params.show;
+    const int32_t edges_x = show == SHEF_SHOW_BOTH ? frame->params.width_px + GAP_PX : 0;
     double threshold_c = 0;
 
     clear(frame->picture);
     draw_head(frame, moment);
-    if (show != SHEF_SHOW_EDGES)
+    if (show != SHEF_SHOW_EDGES) {
         draw_values(frame, moment->snapshot->values, 0);
+        describe_values(frame, 0);
+    }
     if (show != SHEF_SHOW_VALUES) {
         shef_event_edges_of_values(frame->maker, moment->snapshot->values, NULL, &frame->edges);
         threshold_c = shef_event_edges_threshold_c(frame->maker);
-        draw_edges(frame, show == SHEF_SHOW_BOTH ? frame->params.width_px + GAP_PX : 0);
+        draw_edges(frame, edges_x);
+        describe_edges(frame, edges_x, threshold_c);
     }
     return threshold_c;
 }

@@ -1,5 +1,5 @@
-/* Draws one snapshot of the filter: its values as a grey image, its edges in colour, and a line
- * of text. Thread: main. */
+/* Draws one snapshot of the filter: its values as a grey image and its edges in colour, and above
+ * them what they are. Thread: main. */
 #ifndef SHEFTOOL_EVENTS_FRAME_H
 #define SHEFTOOL_EVENTS_FRAME_H
 
