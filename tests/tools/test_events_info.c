@@ -8,6 +8,7 @@
 #include "core/file.h"
 #include "core/memory.h"
 #include "core/png_io.h"
+#include "sheftool/events_report.h"
 #include "support/support.h"
 #include "tools/event_files.h"
 #include "tools/program.h"
@@ -215,7 +216,7 @@ static void test_the_text_names_everything_a_person_looks_for(void)
                                          "64 x 48 px",
                                          "duration",
                                          "50.0 % of them ON",
-                                         "Mev/s",
+                                         "kev/s in the mean",
                                          "triggers",
                                          "channel 0",
                                          "every 20.000 ms",
@@ -232,6 +233,62 @@ static void test_the_text_names_everything_a_person_looks_for(void)
     TEST_ASSERT_EQUAL_STRING("", result->err);
     for (size_t i = 0; i < sizeof words / sizeof words[0]; i++)
         TEST_ASSERT_NOT_NULL_MESSAGE(strstr(result->out, words[i]), result->out);
+}
+
+static void test_missing_edges_are_said_in_the_text(void)
+{
+    make_scene(&plain);
+    for (size_t i = 6; i + 2 < scene.n_triggers; i++)
+        scene.triggers[i] = scene.triggers[i + 2];
+    scene.n_triggers -= 2;
+
+    const struct program_result *result =
+        program_run("events info %s", scene_write_raw("said.raw", &scene));
+
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(result->out, "1 rising edge seems to be missing"),
+                                 result->out);
+}
+
+static void test_rates_are_in_a_unit_that_leaves_digits_to_read(void)
+{
+    TEST_ASSERT_EQUAL_STRING("Mev/s", shef_rate_unit_of(50).name);
+    TEST_ASSERT_EQUAL_STRING("Mev/s", shef_rate_unit_of(1).name);
+    TEST_ASSERT_EQUAL_STRING("kev/s", shef_rate_unit_of(0.999).name);
+    TEST_ASSERT_EQUAL_STRING("ev/s", shef_rate_unit_of(2e-4).name);
+    TEST_ASSERT_EQUAL_DOUBLE(200, 2e-4 * shef_rate_unit_of(2e-4).per_mev_s);
+    TEST_ASSERT_EQUAL_STRING("ev/s", shef_rate_unit_of(0).name);
+}
+
+/* Surveys an event every 50 us up to a time. */
+static struct shef_survey *survey_until(uint32_t end_us)
+{
+    static struct shef_event events[1000];
+    static struct shef_survey survey;
+    struct shef_event_batch batch = { .events = events, .base_us = 7, .capacity = 1000 };
+
+    for (uint32_t t_us = 0; t_us <= end_us; t_us += 50)
+        events[batch.n_events++] = shef_event_make(t_us, 3, 4, true);
+    batch.reached_us = batch.base_us + end_us;
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_survey_create(&survey, 64, 48, 10000, NULL));
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_survey_add(&survey, &batch, 0, NULL));
+    return &survey;
+}
+
+static void test_one_event_in_a_bin_that_has_just_begun_is_no_burst(void)
+{
+    struct shef_survey *survey = survey_until(2000);
+
+    /* Bins of 100 us; the event at 2000 us is alone in the 21st. */
+    TEST_ASSERT_EQUAL_UINT32(21, survey->n_bins);
+    TEST_ASSERT_EQUAL_UINT32(20, shef_survey_rated_bins(survey));
+    shef_survey_destroy(survey);
+    survey = survey_until(1950);
+    TEST_ASSERT_EQUAL_UINT32(20, survey->n_bins);
+    TEST_ASSERT_EQUAL_UINT32(20, shef_survey_rated_bins(survey));
+    shef_survey_destroy(survey);
+    survey = survey_until(0);
+    TEST_ASSERT_EQUAL_UINT32(1, shef_survey_rated_bins(survey));
+    shef_survey_destroy(survey);
 }
 
 /* Reads a colour PNG's size from its header. */
@@ -262,6 +319,8 @@ static void test_the_picture_is_a_png_and_a_bad_place_for_it_leaves_nothing(void
 
     program_run("events info %s --picture /nowhere/x.png", path);
     program_expect_failure(1, "/nowhere/x.png", "No such file", n_entries);
+    program_run("events info %s --picture %s", path, shef_test_temp_path("x.jpg"));
+    program_expect_failure(2, "x.jpg", "ends in .png", n_entries);
 }
 
 static void test_a_recording_tells_its_verdict_its_gaps_and_its_parts(void)
@@ -334,6 +393,9 @@ int main(void)
     RUN_TEST(test_a_pixel_that_fires_on_its_own_is_hot_and_a_busy_edge_is_not);
     RUN_TEST(test_violations_are_counted_by_class);
     RUN_TEST(test_the_text_names_everything_a_person_looks_for);
+    RUN_TEST(test_missing_edges_are_said_in_the_text);
+    RUN_TEST(test_rates_are_in_a_unit_that_leaves_digits_to_read);
+    RUN_TEST(test_one_event_in_a_bin_that_has_just_begun_is_no_burst);
     RUN_TEST(test_the_picture_is_a_png_and_a_bad_place_for_it_leaves_nothing);
     RUN_TEST(test_a_recording_tells_its_verdict_its_gaps_and_its_parts);
     RUN_TEST(test_a_recording_that_was_cut_is_read_and_said_to_be_cut);

@@ -1,6 +1,8 @@
 /* sheftool events info: what is in a file or a recording, and whether it is whole. */
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+#include <strings.h>
 
 #include "core/cpu.h"
 #include "sheftool/command.h"
@@ -34,6 +36,18 @@ static const struct shef_option options[] = {
         "pixels above this rate over the whole time, and far above their neighbours, are hot"),
     SHEF_OPT_END,
 };
+
+static enum shef_err check(const void *opaque, struct shef_error *err)
+{
+    const char *picture = ((const struct settings *)opaque)->picture;
+    const size_t n = picture ? strlen(picture) : 0;
+
+    if (picture && (n < 5 || strcasecmp(picture + n - 4, ".png") != 0))
+        return shef_fail(err, SHEF_ERR_INVALID,
+                         "--picture %s: the picture is a PNG; give it a name that ends in .png",
+                         picture);
+    return SHEF_OK;
+}
 
 static enum shef_err survey_all(struct shef_events_source *source, struct shef_survey *survey,
                                 struct shef_error *err)
@@ -190,5 +204,6 @@ const struct shef_command shef_command_events_info = {
         "still holds is read; notes on standard error say what is wrong with it.",
     .options = options,
     .settings_bytes = sizeof(struct settings),
+    .check = check,
     .run = run,
 };

@@ -9,6 +9,7 @@
 #include "sheftool/events_report.h"
 
 #define SHEF_PLOT_LETTER_PX 6
+#define SHEF_PLOT_AXIS_PX   64 /* left of map and curve, for the numbers */
 
 extern const struct shef_rgb8 shef_plot_paper;
 extern const struct shef_rgb8 shef_plot_black;
@@ -38,6 +39,9 @@ void shef_plot_tint(struct shef_image_rgb8 picture, struct shef_plot_area area,
 void shef_plot_print(struct shef_image_rgb8 picture, int32_t x, int32_t y, struct shef_rgb8 colour,
                      const char *text);
 
+/* The round step (1, 2 or 5 times a power of ten) that gives at most n_max ticks. */
+double shef_plot_tick_step(double range, int n_max);
+
 /* How the sensor is scaled to fit its panel: several sensor pixels a drawn one, or the reverse. */
 struct shef_plot_map {
     uint32_t width_px; /* of the sensor */
@@ -55,7 +59,11 @@ struct shef_plot_map {
 struct shef_plot_map shef_plot_map_fit(const struct shef_events_report *report,
                                        struct shef_plot_area panel, int32_t min_h);
 
-/* Draws how often each pixel fired, and rings around hot ones. */
+/* At how many events a drawn pixel is as bright as it gets: all but a few, the hot ones, lie
+ * below. */
+double shef_plot_map_full_count(const struct shef_survey *survey, const struct shef_plot_map *map);
+
+/* Draws how often each pixel fired, with axes in sensor pixels, and rings around hot ones. */
 void shef_plot_map_draw(struct shef_image_rgb8 picture, const struct shef_events_report *report,
                         const struct shef_plot_map *map);
 

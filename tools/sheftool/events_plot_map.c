@@ -1,5 +1,6 @@
 /* Where events came from, as a map of the sensor. */
 #include <math.h>
+#include <stdio.h>
 
 #include "sheftool/events_plot.h"
 
@@ -58,9 +59,7 @@ static void sum_block(const struct shef_survey *survey, const struct shef_plot_m
         }
 }
 
-/* The logarithm of a count at which a pixel is as bright as it gets: all but a few, the hot ones,
- * lie below. */
-static double full_brightness(const struct shef_survey *survey, const struct shef_plot_map *scale)
+double shef_plot_map_full_count(const struct shef_survey *survey, const struct shef_plot_map *scale)
 {
     const double top = log1p((double)(survey->n_on + survey->n_off) + 1);
     uint64_t classes[LOG_CLASSES] = { 0 };
@@ -81,9 +80,9 @@ static double full_brightness(const struct shef_survey *survey, const struct she
     for (int i = 0; i < LOG_CLASSES; i++) {
         n_below += classes[i];
         if ((double)n_below >= FULL_SHARE * (double)n)
-            return fmax((i + 1.0) / (LOG_CLASSES - 1) * top, log1p(1));
+            return fmax(expm1((i + 1.0) / (LOG_CLASSES - 1) * top), 1);
     }
-    return top;
+    return expm1(top);
 }
 
 static uint8_t shade(double on_share, uint8_t on, uint8_t off, double brightness)
@@ -97,7 +96,7 @@ static uint8_t shade(double on_share, uint8_t on, uint8_t off, double brightness
 static void draw_counts(struct shef_image_rgb8 picture, const struct shef_survey *survey,
                         const struct shef_plot_map *scale)
 {
-    const double full = full_brightness(survey, scale);
+    const double full = log1p(shef_plot_map_full_count(survey, scale));
 
     shef_plot_fill(picture, (struct shef_plot_area){ scale->x, scale->y, scale->w, scale->h },
                    shef_plot_black);
@@ -121,15 +120,18 @@ static void draw_counts(struct shef_image_rgb8 picture, const struct shef_survey
         }
 }
 
+/* The middle of the drawn pixel that shows a sensor pixel. */
+static int32_t drawn(const struct shef_plot_map *scale, int32_t sensor_px)
+{
+    return sensor_px * scale->zoom / scale->shrink + scale->zoom / 2;
+}
+
 static void draw_rings(struct shef_image_rgb8 picture, const struct shef_events_report *report,
                        const struct shef_plot_map *scale)
 {
     for (uint32_t i = 0; i < report->n_hot && i < MAX_RINGS; i++) {
-        const int32_t x =
-            scale->x + (int32_t)report->hot[i].x_px * scale->zoom / scale->shrink + scale->zoom / 2;
-        const int32_t y =
-            scale->y + (int32_t)report->hot[i].y_px * scale->zoom / scale->shrink + scale->zoom / 2;
-
+        const int32_t x = scale->x + drawn(scale, (int32_t)report->hot[i].x_px);
+        const int32_t y = scale->y + drawn(scale, (int32_t)report->hot[i].y_px);
         const double radius = fmax(RING_PX, 1.1 * scale->zoom);
         const int n_steps = (int)(8 * radius);
 
@@ -142,9 +144,36 @@ static void draw_rings(struct shef_image_rgb8 picture, const struct shef_events_
     }
 }
 
+static void draw_axes(struct shef_image_rgb8 picture, const struct shef_plot_map *scale)
+{
+    const int32_t bottom = scale->y + scale->h;
+    const int32_t step =
+        (int32_t)fmax(1, shef_plot_tick_step(fmax(scale->width_px, scale->height_px), 8));
+    char text[16];
+
+    for (int32_t column = 0; column < (int32_t)scale->width_px; column += step) {
+        const int32_t x = scale->x + drawn(scale, column);
+        const int32_t n = snprintf(text, sizeof text, "%d", column);
+
+        shef_plot_fill(picture, (struct shef_plot_area){ x, bottom, 1, 4 }, shef_plot_faint);
+        shef_plot_print(picture, x - SHEF_PLOT_LETTER_PX * n / 2, bottom + 7, shef_plot_faint,
+                        text);
+    }
+    for (int32_t row = 0; row < (int32_t)scale->height_px; row += step) {
+        const int32_t y = scale->y + drawn(scale, row);
+        const int32_t n = snprintf(text, sizeof text, "%d", row);
+
+        shef_plot_fill(picture, (struct shef_plot_area){ scale->x - 4, y, 4, 1 }, shef_plot_faint);
+        shef_plot_print(picture, scale->x - 6 - SHEF_PLOT_LETTER_PX * n, y - 3, shef_plot_faint,
+                        text);
+    }
+    shef_plot_print(picture, scale->x + scale->w + 4, bottom + 7, shef_plot_ink, "px");
+}
+
 void shef_plot_map_draw(struct shef_image_rgb8 picture, const struct shef_events_report *report,
                         const struct shef_plot_map *map)
 {
     draw_counts(picture, report->survey, map);
+    draw_axes(picture, map);
     draw_rings(picture, report, map);
 }

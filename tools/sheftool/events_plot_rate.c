@@ -5,12 +5,11 @@
 
 #include "sheftool/events_plot.h"
 
-#define AXIS_PX 64 /* left of the curve, for the scale */
+#define AXIS_PX SHEF_PLOT_AXIS_PX
 #define HEAD_PX 24 /* above it */
-#define FOOT_PX 46 /* below it */
+#define FOOT_PX 52 /* below it */
 
-/* The round step (1, 2 or 5 times a power of ten) that gives at most n_max ticks. */
-static double tick_step(double range, int n_max)
+double shef_plot_tick_step(double range, int n_max)
 {
     const double rough = range / n_max;
     const double base = pow(10, floor(log10(rough)));
@@ -32,7 +31,8 @@ static int tick_decimals(double step)
 
 struct curve {
     struct shef_plot_area area;
-    double top_mev_s;
+    struct shef_rate_unit unit;
+    double top; /* in that unit */
     double end_s;
 };
 
@@ -44,13 +44,13 @@ static int32_t x_of(const struct curve *curve, double t_s)
 static void draw_axes(struct shef_image_rgb8 picture, const struct curve *curve)
 {
     const struct shef_plot_area area = curve->area;
-    const double y_step = tick_step(curve->top_mev_s, 5);
-    const double x_step = tick_step(curve->end_s, 10);
+    const double y_step = shef_plot_tick_step(curve->top, 5);
+    const double x_step = shef_plot_tick_step(curve->end_s, 10);
     char text[64];
 
-    for (int i = 0; i * y_step <= curve->top_mev_s * (1 + 1e-9); i++) {
+    for (int i = 0; i * y_step <= curve->top * (1 + 1e-9); i++) {
         const int32_t y =
-            area.y + area.h - 1 - (int32_t)lrint(i * y_step / curve->top_mev_s * (area.h - 1));
+            area.y + area.h - 1 - (int32_t)lrint(i * y_step / curve->top * (area.h - 1));
 
         shef_plot_tint(picture, (struct shef_plot_area){ area.x, y, area.w, 1 }, shef_plot_grid);
         snprintf(text, sizeof text, "%.*f", tick_decimals(y_step), i * y_step);
@@ -67,38 +67,42 @@ static void draw_axes(struct shef_image_rgb8 picture, const struct curve *curve)
         shef_plot_print(picture, x - SHEF_PLOT_LETTER_PX * (int32_t)strlen(text) / 2,
                         area.y + area.h + 18, shef_plot_faint, text);
     }
-    shef_plot_print(picture, area.x - AXIS_PX + 2, area.y - 16, shef_plot_ink, "Mev/s");
+    shef_plot_print(picture, area.x - AXIS_PX + 2, area.y - 16, shef_plot_ink, curve->unit.name);
     shef_plot_print(picture, area.x + area.w - 31 * SHEF_PLOT_LETTER_PX, area.y + area.h + 32,
                     shef_plot_ink, "seconds since the first event");
 }
 
-/* The bins that one column of the curve covers, as rates; stacked: on below off. */
+/* The mean rates in the bins that one column of the curve covers. */
 static void column_rates(const struct shef_survey *survey, const struct curve *curve,
                          int32_t column, double *out_on, double *out_off)
 {
     const double bin_s = (double)survey->bin_us / 1e6;
     const double columns_a_bin = bin_s / curve->end_s * curve->area.w;
-    const uint32_t first = (uint32_t)(column / columns_a_bin);
+    const uint32_t n_bins = shef_survey_rated_bins(survey);
+    uint32_t first = (uint32_t)(column / columns_a_bin);
     uint32_t end = (uint32_t)ceil((column + 1) / columns_a_bin);
 
-    double length_us = 0;
+    double length_us = 0; /* events a us are Mev/s */
 
     *out_on = 0;
     *out_off = 0;
     end = end > first ? end : first + 1;
-    end = end < survey->n_bins ? end : survey->n_bins;
+    if (end > n_bins) {
+        end = n_bins;
+        first = first < n_bins ? first : n_bins - 1;
+    }
     for (uint32_t i = first; i < end; i++) {
         *out_on += (double)survey->bins[i].n_on;
         *out_off += (double)survey->bins[i].n_off;
         length_us += shef_survey_bin_us(survey, i);
     }
-    if (end > first) {
-        *out_on /= length_us;
-        *out_off /= length_us;
+    if (length_us > 0) {
+        *out_on *= curve->unit.per_mev_s / length_us;
+        *out_off *= curve->unit.per_mev_s / length_us;
     }
 }
 
-static double highest_rate(const struct shef_survey *survey, struct curve *curve)
+static double highest_rate(const struct shef_survey *survey, const struct curve *curve)
 {
     double top = 0;
 
@@ -146,13 +150,16 @@ void shef_plot_rate_draw(struct shef_image_rgb8 picture, const struct shef_event
     struct curve curve = {
         .area = { area.x + AXIS_PX, area.y + HEAD_PX, area.w - AXIS_PX,
                   area.h - HEAD_PX - FOOT_PX },
-        .end_s = fmax(shef_survey_duration_s(survey), 1e-6),
+        .unit = { "Mev/s", 1 },
+        /* Without a duration there is nothing to scale to. */
+        .end_s = shef_survey_duration_s(survey) > 0 ? shef_survey_duration_s(survey) : 1,
     };
 
-    curve.top_mev_s = fmax(1.05 * highest_rate(survey, &curve), 1e-6);
+    curve.unit = shef_rate_unit_of(highest_rate(survey, &curve));
+    curve.top = fmax(1.05 * highest_rate(survey, &curve), 1);
     shef_plot_fill(picture, curve.area, shef_plot_black);
     for (int32_t column = 0; column < curve.area.w; column++) {
-        const double unit = (curve.area.h - 1) / curve.top_mev_s;
+        const double unit = (curve.area.h - 1) / curve.top;
         double on;
         double off;
 

@@ -59,6 +59,16 @@ void shef_events_describe_camera(const struct shef_raw_header *camera, char *out
         snprintf(out_text, n_bytes, "not said");
 }
 
+struct shef_rate_unit shef_rate_unit_of(double mev_per_s)
+{
+    static const struct shef_rate_unit units[] = { { "Mev/s", 1 }, { "kev/s", 1e3 } };
+
+    for (size_t i = 0; i < sizeof units / sizeof units[0]; i++)
+        if (mev_per_s * units[i].per_mev_s >= 1)
+            return units[i];
+    return (struct shef_rate_unit){ "ev/s", 1e6 };
+}
+
 /* Whether a jump in time is what a gap in the recording looks like. */
 static bool is_explained(const struct shef_recorded_events *recorded,
                          const struct shef_survey_loss *loss)
@@ -123,6 +133,8 @@ static void print_head(const struct shef_events_report *report, FILE *out)
     const struct shef_events_info *info = shef_events_source_info(report->source);
     const struct shef_survey *survey = report->survey;
     const uint64_t n_events = survey->n_on + survey->n_off;
+    const struct shef_rate_unit mean_unit = shef_rate_unit_of(shef_survey_mean_mev_per_s(survey));
+    const struct shef_rate_unit peak_unit = shef_rate_unit_of(shef_survey_peak_mev_per_s(survey));
     char text[512];
 
     shef_events_describe_kind(info, text, sizeof text);
@@ -144,8 +156,9 @@ static void print_head(const struct shef_events_report *report, FILE *out)
          (double)survey->last_us / 1e6);
     line(out, "events", "%" PRIu64 ", %.1f %% of them ON", n_events,
          n_events ? 100.0 * (double)survey->n_on / (double)n_events : 0.0);
-    line(out, "rate", "%.3f Mev/s in the mean, %.3f Mev/s in the busiest millisecond (at %.3f s)",
-         shef_survey_mean_mev_per_s(survey), shef_survey_peak_mev_per_s(survey),
+    line(out, "rate", "%.3f %s in the mean, %.3f %s in the busiest millisecond (at %.3f s)",
+         shef_survey_mean_mev_per_s(survey) * mean_unit.per_mev_s, mean_unit.name,
+         shef_survey_peak_mev_per_s(survey) * peak_unit.per_mev_s, peak_unit.name,
          (double)survey->peak_ms / 1e3);
 }
 
@@ -154,14 +167,15 @@ static void print_chart(const struct shef_survey *survey, FILE *out)
 {
     double columns[CHART_COLUMNS] = { 0 };
     double top = 0;
-    const int n_columns = survey->n_bins < CHART_COLUMNS ? (int)survey->n_bins : (int)CHART_COLUMNS;
+    const uint32_t n_bins = shef_survey_rated_bins(survey);
+    const int n_columns = n_bins < CHART_COLUMNS ? (int)n_bins : (int)CHART_COLUMNS;
 
     /* A stream that ends within a bin has no rate to draw. */
     if (n_columns < 4)
         return;
     for (int c = 0; c < n_columns; c++) {
-        const uint32_t first = (uint32_t)((uint64_t)survey->n_bins * (uint64_t)c / n_columns);
-        const uint32_t end = (uint32_t)((uint64_t)survey->n_bins * (uint64_t)(c + 1) / n_columns);
+        const uint32_t first = (uint32_t)((uint64_t)n_bins * (uint64_t)c / n_columns);
+        const uint32_t end = (uint32_t)((uint64_t)n_bins * (uint64_t)(c + 1) / n_columns);
 
         double length_us = 0;
 
@@ -172,6 +186,9 @@ static void print_chart(const struct shef_survey *survey, FILE *out)
         columns[c] /= length_us;
         top = columns[c] > top ? columns[c] : top;
     }
+
+    const struct shef_rate_unit unit = shef_rate_unit_of(top);
+
     fputc('\n', out);
     for (int row = CHART_ROWS; row > 0; row--) {
         char text[CHART_COLUMNS + 1];
@@ -187,9 +204,9 @@ static void print_chart(const struct shef_survey *survey, FILE *out)
         }
         text[n] = '\0';
         if (row == CHART_ROWS)
-            fprintf(out, "  %8.3f |%s\n", top, text);
+            fprintf(out, "  %8.3f |%s\n", top * unit.per_mev_s, text);
         else
-            fprintf(out, "  %8s |%s\n", row == CHART_ROWS - 1 ? "Mev/s" : "", text);
+            fprintf(out, "  %8s |%s\n", row == CHART_ROWS - 1 ? unit.name : "", text);
     }
     fprintf(out, "  %8s +", "");
     for (int c = 0; c < n_columns; c++)
@@ -221,7 +238,8 @@ static void print_triggers(const struct shef_survey *survey, FILE *out)
         line(out, "triggers", "channel %d: %" PRIu64 " rising, %" PRIu64 " falling%s%s", i,
              channel->n_rising, channel->n_falling, interval, high);
         if (n_missing > 0)
-            line(out, "", "%" PRIu64 " edges seem to be missing", n_missing);
+            line(out, "", "%" PRIu64 " rising edge%s to be missing", n_missing,
+                 n_missing == 1 ? " seems" : "s seem");
     }
 }
 

@@ -28,6 +28,14 @@ void shef_events_describe_kind(const struct shef_events_info *info, char *out_te
 void shef_events_describe_camera(const struct shef_raw_header *camera, char *out_text,
                                  size_t n_bytes);
 
+/* The unit in which a rate is easy to read. */
+struct shef_rate_unit {
+    const char *name;
+    double per_mev_s;
+};
+
+struct shef_rate_unit shef_rate_unit_of(double mev_per_s);
+
 /* A place where data are missing. */
 struct shef_events_gap {
     int64_t from_us; /* event time */

@@ -305,6 +305,15 @@ double shef_survey_bin_us(const struct shef_survey *survey, uint32_t bin)
     return left_us > 0 ? (double)left_us : 1;
 }
 
+uint32_t shef_survey_rated_bins(const struct shef_survey *survey)
+{
+    const uint32_t last = survey->n_bins - 1;
+
+    if (survey->n_bins < 2 || 2 * shef_survey_bin_us(survey, last) >= (double)survey->bin_us)
+        return survey->n_bins;
+    return last;
+}
+
 double shef_survey_duration_s(const struct shef_survey *survey)
 {
     return (double)(survey->last_us - survey->first_us) / 1e6;

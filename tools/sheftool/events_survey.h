@@ -110,6 +110,10 @@ uint64_t shef_survey_missing_edges(const struct shef_survey *survey, int channel
 /* How long a bin is, in us: the last one ends with the stream. */
 double shef_survey_bin_us(const struct shef_survey *survey, uint32_t bin);
 
+/* The bins whose rate says something: not a last one that ends within its first half, in which a
+ * single event would look like a burst. */
+uint32_t shef_survey_rated_bins(const struct shef_survey *survey);
+
 double shef_survey_duration_s(const struct shef_survey *survey);
 
 /* Millions of events a second, 0 where there is no duration. */
