@@ -103,6 +103,29 @@ static enum shef_err copy_events(struct shef_events_source *source, struct shef_
     return code == SHEF_ERR_EMPTY ? SHEF_OK : code;
 }
 
+/* Says what in the source broke its format where that loses data. The reader's own notes tell of
+ * the other classes. */
+static void note_violations(const char *path, const struct shef_evt_stats *stats)
+{
+    static const enum shef_evt_violation classes[] = { SHEF_EVT_TIME_GAP, SHEF_EVT_NO_ROW,
+                                                       SHEF_EVT_BAD_VECTOR, SHEF_EVT_UNKNOWN_WORD };
+    int n_named = 0;
+
+    for (size_t i = 0; i < sizeof classes / sizeof classes[0]; i++) {
+        const uint64_t n = stats->n_violations[classes[i]];
+
+        if (n == 0)
+            continue;
+        if (n_named++ == 0)
+            fprintf(stderr, "note: '%s' breaks its format: ", path);
+        else
+            fputs(", ", stderr);
+        fprintf(stderr, "%" PRIu64 " x %s", n, shef_evt_violation_name(classes[i]));
+    }
+    if (n_named > 0)
+        fputs("; all else was converted\n", stderr);
+}
+
 /* Says so if readers of the result take its first event for an earlier one. */
 static void note_lost_time(const char *path, enum shef_sink_kind kind, enum shef_evt_format format,
                            int64_t first_us)
@@ -154,6 +177,10 @@ static enum shef_err convert(const struct settings *settings, struct shef_events
         return code;
     printf("%" PRIu64 " events, %" PRIu64 " triggers\n", copied.n_events, copied.n_triggers);
     shef_events_source_print_notes(source);
+
+    const struct shef_evt_stats stats = shef_events_source_stats(source);
+
+    note_violations(settings->in, &stats);
     note_lost_time(settings->out, kind, config->format, copied.first_us);
     return SHEF_OK;
 }
