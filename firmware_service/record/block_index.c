@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "core/crc32c.h"
+#include "core/little_endian.h"
 
 /* Where fields lie. Both kinds of record begin with the checksum of the 124 bytes after it. */
 enum header_field {
@@ -34,28 +35,6 @@ enum record_field {
 /* The last digit is the version of the layout. */
 static const uint8_t magic[8] = { 'S', 'H', 'E', 'F', 'I', 'D', 'X', '1' };
 
-static void put_u32(uint8_t *bytes, uint32_t value)
-{
-    for (int i = 0; i < 4; i++)
-        bytes[i] = (uint8_t)(value >> 8 * i);
-}
-
-static void put_u64(uint8_t *bytes, uint64_t value)
-{
-    put_u32(bytes, (uint32_t)value);
-    put_u32(bytes + 4, (uint32_t)(value >> 32));
-}
-
-static uint32_t get_u32(const uint8_t *bytes)
-{
-    return bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
-}
-
-static uint64_t get_u64(const uint8_t *bytes)
-{
-    return get_u32(bytes) | (uint64_t)get_u32(bytes + 4) << 32;
-}
-
 static uint32_t checksum(const uint8_t *bytes)
 {
     return shef_crc32c(0, bytes + 4, SHEF_INDEX_RECORD_BYTES - 4);
@@ -67,32 +46,32 @@ void shef_index_header_encode(const struct shef_index_header *header,
     memset(out_bytes, 0, SHEF_INDEX_RECORD_BYTES);
     memcpy(out_bytes + HEADER_MAGIC, magic, sizeof magic);
     memcpy(out_bytes + HEADER_SESSION, header->session, SHEF_SESSION_BYTES);
-    put_u32(out_bytes + HEADER_PART, header->part);
-    put_u32(out_bytes + HEADER_SEGMENT, header->segment);
-    put_u32(out_bytes + HEADER_FRONT_BYTES, header->front_bytes);
-    put_u32(out_bytes + HEADER_FRONT_CRC, header->front_crc32c);
-    put_u64(out_bytes + HEADER_OPENED, (uint64_t)header->opened.ns);
-    put_u64(out_bytes + HEADER_OPENED_UTC, (uint64_t)header->opened_utc_ns);
+    shef_put_u32_le(out_bytes + HEADER_PART, header->part);
+    shef_put_u32_le(out_bytes + HEADER_SEGMENT, header->segment);
+    shef_put_u32_le(out_bytes + HEADER_FRONT_BYTES, header->front_bytes);
+    shef_put_u32_le(out_bytes + HEADER_FRONT_CRC, header->front_crc32c);
+    shef_put_u64_le(out_bytes + HEADER_OPENED, (uint64_t)header->opened.ns);
+    shef_put_u64_le(out_bytes + HEADER_OPENED_UTC, (uint64_t)header->opened_utc_ns);
     memcpy(out_bytes + HEADER_INFO, header->info, SHEF_PART_INFO_BYTES);
-    put_u32(out_bytes, checksum(out_bytes));
+    shef_put_u32_le(out_bytes, checksum(out_bytes));
 }
 
 bool shef_index_header_decode(const uint8_t bytes[SHEF_INDEX_RECORD_BYTES],
                               struct shef_index_header *out_header)
 {
-    const uint32_t part = get_u32(bytes + HEADER_PART);
+    const uint32_t part = shef_get_u32_le(bytes + HEADER_PART);
 
-    if (get_u32(bytes) != checksum(bytes) ||
+    if (shef_get_u32_le(bytes) != checksum(bytes) ||
         memcmp(bytes + HEADER_MAGIC, magic, sizeof magic) != 0 || part < SHEF_PART_EVENTS ||
         part > SHEF_PART_TRIGGERS)
         return false;
     *out_header = (struct shef_index_header){
         .part = (enum shef_part)part,
-        .segment = get_u32(bytes + HEADER_SEGMENT),
-        .front_bytes = get_u32(bytes + HEADER_FRONT_BYTES),
-        .front_crc32c = get_u32(bytes + HEADER_FRONT_CRC),
-        .opened = { (int64_t)get_u64(bytes + HEADER_OPENED) },
-        .opened_utc_ns = (int64_t)get_u64(bytes + HEADER_OPENED_UTC),
+        .segment = shef_get_u32_le(bytes + HEADER_SEGMENT),
+        .front_bytes = shef_get_u32_le(bytes + HEADER_FRONT_BYTES),
+        .front_crc32c = shef_get_u32_le(bytes + HEADER_FRONT_CRC),
+        .opened = { (int64_t)shef_get_u64_le(bytes + HEADER_OPENED) },
+        .opened_utc_ns = (int64_t)shef_get_u64_le(bytes + HEADER_OPENED_UTC),
     };
     memcpy(out_header->session, bytes + HEADER_SESSION, SHEF_SESSION_BYTES);
     memcpy(out_header->info, bytes + HEADER_INFO, SHEF_PART_INFO_BYTES);
@@ -102,36 +81,36 @@ bool shef_index_header_decode(const uint8_t bytes[SHEF_INDEX_RECORD_BYTES],
 void shef_block_record_encode(const struct shef_block_record *record,
                               uint8_t out_bytes[SHEF_INDEX_RECORD_BYTES])
 {
-    put_u32(out_bytes + RECORD_BLOCK_CRC, record->crc32c);
-    put_u64(out_bytes + RECORD_OFFSET, record->offset);
-    put_u64(out_bytes + RECORD_NUMBER, record->number);
-    put_u64(out_bytes + RECORD_ARRIVED, (uint64_t)record->arrived.ns);
-    put_u64(out_bytes + RECORD_FIRST, (uint64_t)record->first_us);
-    put_u64(out_bytes + RECORD_LAST, (uint64_t)record->last_us);
-    put_u32(out_bytes + RECORD_BYTES, record->n_bytes);
-    put_u32(out_bytes + RECORD_ITEMS, record->n_items);
-    put_u32(out_bytes + RECORD_TRIGGERS, record->n_triggers);
-    put_u32(out_bytes + RECORD_LOST, record->n_lost_before);
+    shef_put_u32_le(out_bytes + RECORD_BLOCK_CRC, record->crc32c);
+    shef_put_u64_le(out_bytes + RECORD_OFFSET, record->offset);
+    shef_put_u64_le(out_bytes + RECORD_NUMBER, record->number);
+    shef_put_u64_le(out_bytes + RECORD_ARRIVED, (uint64_t)record->arrived.ns);
+    shef_put_u64_le(out_bytes + RECORD_FIRST, (uint64_t)record->first_us);
+    shef_put_u64_le(out_bytes + RECORD_LAST, (uint64_t)record->last_us);
+    shef_put_u32_le(out_bytes + RECORD_BYTES, record->n_bytes);
+    shef_put_u32_le(out_bytes + RECORD_ITEMS, record->n_items);
+    shef_put_u32_le(out_bytes + RECORD_TRIGGERS, record->n_triggers);
+    shef_put_u32_le(out_bytes + RECORD_LOST, record->n_lost_before);
     memcpy(out_bytes + RECORD_STATE, record->state, SHEF_BLOCK_STATE_BYTES);
-    put_u32(out_bytes, checksum(out_bytes));
+    shef_put_u32_le(out_bytes, checksum(out_bytes));
 }
 
 bool shef_block_record_decode(const uint8_t bytes[SHEF_INDEX_RECORD_BYTES],
                               struct shef_block_record *out_record)
 {
-    if (get_u32(bytes) != checksum(bytes))
+    if (shef_get_u32_le(bytes) != checksum(bytes))
         return false;
     *out_record = (struct shef_block_record){
-        .offset = get_u64(bytes + RECORD_OFFSET),
-        .n_bytes = get_u32(bytes + RECORD_BYTES),
-        .crc32c = get_u32(bytes + RECORD_BLOCK_CRC),
-        .number = get_u64(bytes + RECORD_NUMBER),
-        .arrived = { (int64_t)get_u64(bytes + RECORD_ARRIVED) },
-        .first_us = (int64_t)get_u64(bytes + RECORD_FIRST),
-        .last_us = (int64_t)get_u64(bytes + RECORD_LAST),
-        .n_items = get_u32(bytes + RECORD_ITEMS),
-        .n_triggers = get_u32(bytes + RECORD_TRIGGERS),
-        .n_lost_before = get_u32(bytes + RECORD_LOST),
+        .offset = shef_get_u64_le(bytes + RECORD_OFFSET),
+        .n_bytes = shef_get_u32_le(bytes + RECORD_BYTES),
+        .crc32c = shef_get_u32_le(bytes + RECORD_BLOCK_CRC),
+        .number = shef_get_u64_le(bytes + RECORD_NUMBER),
+        .arrived = { (int64_t)shef_get_u64_le(bytes + RECORD_ARRIVED) },
+        .first_us = (int64_t)shef_get_u64_le(bytes + RECORD_FIRST),
+        .last_us = (int64_t)shef_get_u64_le(bytes + RECORD_LAST),
+        .n_items = shef_get_u32_le(bytes + RECORD_ITEMS),
+        .n_triggers = shef_get_u32_le(bytes + RECORD_TRIGGERS),
+        .n_lost_before = shef_get_u32_le(bytes + RECORD_LOST),
     };
     memcpy(out_record->state, bytes + RECORD_STATE, SHEF_BLOCK_STATE_BYTES);
     return true;

@@ -1,290 +1,12 @@
 #include "record/block_reader.h"
 
-#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <limits.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "core/crc32c.h"
-
-#define WINDOW_RECORDS 64
-#define NUMBER_DIGITS  6
-
-struct segment {
-    uint32_t number;
-    bool has_index;
-    bool readable;
-    struct shef_index_header header;
-    uint64_t n_records;        /* in the index, whole ones */
-    uint64_t index_tail_bytes; /* of a record that was cut */
-    uint64_t data_bytes;       /* the whole file; 0: it is not there */
-};
-
-struct shef_block_reader {
-    /* Set by open. */
-    char folder[PATH_MAX];
-    const char *ending;
-    uint32_t max_block_bytes;
-    struct segment *segments;
-    uint32_t n_segments;
-    struct shef_block_summary summary;
-    /* Where it is. */
-    uint32_t at_segment;
-    int index_fd; /* -1: the segment is not open */
-    int data_fd;
-    uint64_t at_record;   /* of the segment, the next one to look at */
-    uint64_t segment_end; /* of the data that its records have vouched for so far */
-    uint64_t window_start;
-    uint32_t n_window;
-    uint8_t window[WINDOW_RECORDS * SHEF_INDEX_RECORD_BYTES];
-    bool has_delivered;
-    uint64_t last_number; /* delivered */
-    uint64_t position;
-    struct shef_damage damage;
-};
-
-static void path_of(const struct shef_block_reader *reader, const struct segment *segment,
-                    const char *ending, char out_path[PATH_MAX + 32])
-{
-    snprintf(out_path, PATH_MAX + 32, "%s/%06u%s", reader->folder, segment->number, ending);
-}
-
-/* Reads up to n_bytes at an offset; fewer only at the file's end. Returns -1 with errno. */
-static ssize_t read_at(int fd, uint8_t *bytes, size_t n_bytes, uint64_t offset)
-{
-    size_t n_done = 0;
-
-    while (n_done < n_bytes) {
-        const ssize_t n_read =
-            pread(fd, bytes + n_done, n_bytes - n_done, (off_t)(offset + n_done));
-
-        if (n_read < 0 && errno == EINTR)
-            continue;
-        if (n_read < 0)
-            return -1;
-        if (n_read == 0)
-            break;
-        n_done += (size_t)n_read;
-    }
-    return (ssize_t)n_done;
-}
-
-/* Whether name is six digits and the ending. */
-static bool is_segment_name(const char *name, const char *ending, uint32_t *out_number)
-{
-    uint32_t number = 0;
-
-    for (int i = 0; i < NUMBER_DIGITS; i++) {
-        if (name[i] < '0' || name[i] > '9')
-            return false;
-        number = number * 10 + (uint32_t)(name[i] - '0');
-    }
-    *out_number = number;
-    return strcmp(name + NUMBER_DIGITS, ending) == 0;
-}
-
-static int compare_segments(const void *a, const void *b)
-{
-    const struct segment *one = a;
-    const struct segment *other = b;
-
-    if (one->number != other->number)
-        return one->number < other->number ? -1 : 1;
-    /* The index first. */
-    return (int)other->has_index - (int)one->has_index;
-}
-
-/* Adds an entry for a file; a segment of two files gets two, merged later. */
-static bool add_segment(struct shef_block_reader *reader, uint32_t number, bool is_index)
-{
-    struct segment *grown = reallocarray(reader->segments, reader->n_segments + 1, sizeof *grown);
-
-    if (!grown)
-        return false;
-    reader->segments = grown;
-    grown[reader->n_segments++] = (struct segment){ .number = number, .has_index = is_index };
-    return true;
-}
-
-static enum shef_err list_segments(struct shef_block_reader *reader, struct shef_error *err)
-{
-    DIR *dir = opendir(reader->folder);
-    bool has_memory = true;
-    uint32_t n_kept = 0;
-
-    if (!dir)
-        return shef_fail_os(err, errno, "open the recorded part '%s'", reader->folder);
-    for (const struct dirent *entry; has_memory && (entry = readdir(dir));) {
-        uint32_t number;
-
-        if (is_segment_name(entry->d_name, ".idx", &number))
-            has_memory = add_segment(reader, number, true);
-        else if (is_segment_name(entry->d_name, reader->ending, &number))
-            has_memory = add_segment(reader, number, false);
-    }
-    closedir(dir);
-    if (!has_memory)
-        return shef_fail(err, SHEF_ERR_NO_MEMORY, "open '%s': out of memory", reader->folder);
-    if (reader->n_segments == 0)
-        return SHEF_ERR_EMPTY;
-    qsort(reader->segments, reader->n_segments, sizeof *reader->segments, compare_segments);
-    for (uint32_t i = 0; i < reader->n_segments; i++)
-        if (i == 0 || reader->segments[i].number != reader->segments[n_kept - 1].number)
-            reader->segments[n_kept++] = reader->segments[i];
-    reader->n_segments = n_kept;
-    return SHEF_OK;
-}
-
-/* Looks at a segment's files. What cannot be read leaves it unreadable. */
-static enum shef_err inspect(struct shef_block_reader *reader, struct segment *segment,
-                             enum shef_part part, struct shef_error *err)
-{
-    char path[PATH_MAX + 32];
-    uint8_t bytes[SHEF_INDEX_RECORD_BYTES];
-    struct stat info;
-
-    path_of(reader, segment, reader->ending, path);
-    if (stat(path, &info) == 0 && S_ISREG(info.st_mode))
-        segment->data_bytes = (uint64_t)info.st_size;
-    if (!segment->has_index)
-        return SHEF_OK;
-    path_of(reader, segment, ".idx", path);
-
-    const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-
-    if (fd < 0)
-        return shef_fail_os(err, errno, "open '%s'", path);
-
-    const ssize_t n_read = read_at(fd, bytes, sizeof bytes, 0);
-    const int failure = n_read < 0 || fstat(fd, &info) != 0 ? errno : 0;
-
-    close(fd);
-    if (failure != 0)
-        return shef_fail_os(err, failure, "read '%s'", path);
-    if (n_read < SHEF_INDEX_RECORD_BYTES || !shef_index_header_decode(bytes, &segment->header) ||
-        segment->header.part != part || segment->header.segment != segment->number)
-        return SHEF_OK;
-
-    const uint64_t n_record_bytes = (uint64_t)info.st_size - SHEF_INDEX_RECORD_BYTES;
-
-    segment->readable = true;
-    segment->n_records = n_record_bytes / SHEF_INDEX_RECORD_BYTES;
-    segment->index_tail_bytes = n_record_bytes % SHEF_INDEX_RECORD_BYTES;
-    return SHEF_OK;
-}
-
-/* Finds the segments that belong together and counts the others. */
-static enum shef_err agree(struct shef_block_reader *reader, struct shef_error *err)
-{
-    struct shef_block_summary *summary = &reader->summary;
-    struct shef_damage *damage = &reader->damage;
-
-    for (uint32_t i = 0; i < reader->n_segments; i++) {
-        struct segment *segment = &reader->segments[i];
-        const uint32_t expected = i == 0 ? 0 : reader->segments[i - 1].number + 1;
-
-        damage->n_lost_segments += segment->number - expected;
-        if (!segment->readable) {
-            damage->n_bad_segments++;
-            damage->n_loose_bytes += segment->data_bytes;
-            continue;
-        }
-        if (summary->n_segments == 0) {
-            summary->header = segment->header;
-        } else if (memcmp(segment->header.session, summary->header.session, SHEF_SESSION_BYTES) !=
-                       0 ||
-                   memcmp(segment->header.info, summary->header.info, SHEF_PART_INFO_BYTES) != 0) {
-            segment->readable = false;
-            damage->n_strange_segments++;
-            continue;
-        }
-        summary->n_segments++;
-        summary->n_records += segment->n_records;
-        damage->n_bad_records += segment->index_tail_bytes > 0;
-        if (segment->data_bytes > segment->header.front_bytes)
-            summary->n_bytes += segment->data_bytes - segment->header.front_bytes;
-    }
-    if (summary->n_segments > 0)
-        return SHEF_OK;
-    return shef_fail(err, SHEF_ERR_FORMAT,
-                     "none of the %u segments in '%s' has a readable index; the data files can be "
-                     "read one by one",
-                     reader->n_segments, reader->folder);
-}
-
-/* Finds the first (step 1) or last (step -1) intact record of a segment. */
-static bool find_record(const struct shef_block_reader *reader, const struct segment *segment,
-                        int step, struct shef_block_record *out_record)
-{
-    char path[PATH_MAX + 32];
-    bool found = false;
-
-    path_of(reader, segment, ".idx", path);
-
-    const int fd = open(path, O_RDONLY | O_CLOEXEC);
-
-    for (uint64_t i = 0; fd >= 0 && !found && i < segment->n_records; i++) {
-        const uint64_t record = step > 0 ? i : segment->n_records - 1 - i;
-        uint8_t bytes[SHEF_INDEX_RECORD_BYTES];
-
-        found = read_at(fd, bytes, sizeof bytes, (record + 1) * SHEF_INDEX_RECORD_BYTES) ==
-                    SHEF_INDEX_RECORD_BYTES &&
-                shef_block_record_decode(bytes, out_record);
-    }
-    if (fd >= 0)
-        close(fd);
-    return found;
-}
-
-static void find_ends(struct shef_block_reader *reader)
-{
-    struct shef_block_summary *summary = &reader->summary;
-
-    for (uint32_t i = 0; i < reader->n_segments && !summary->has_blocks; i++)
-        if (reader->segments[i].readable)
-            summary->has_blocks = find_record(reader, &reader->segments[i], 1, &summary->first);
-    for (uint32_t i = reader->n_segments; summary->has_blocks && i > 0; i--)
-        if (reader->segments[i - 1].readable &&
-            find_record(reader, &reader->segments[i - 1], -1, &summary->last))
-            break;
-}
-
-enum shef_err shef_block_reader_open(const char *folder, enum shef_part part, const char *ending,
-                                     uint32_t max_block_bytes,
-                                     struct shef_block_reader **out_reader, struct shef_error *err)
-{
-    struct shef_block_reader *reader = calloc(1, sizeof *reader);
-
-    if (!reader)
-        return shef_fail(err, SHEF_ERR_NO_MEMORY, "open '%s': out of memory", folder);
-    reader->ending = ending;
-    reader->max_block_bytes = max_block_bytes;
-    reader->index_fd = -1;
-    reader->data_fd = -1;
-
-    enum shef_err code = SHEF_OK;
-
-    if (snprintf(reader->folder, sizeof reader->folder, "%s", folder) >= PATH_MAX)
-        code = shef_fail(err, SHEF_ERR_INVALID, "open '%s': the path is too long", folder);
-    if (code == SHEF_OK)
-        code = list_segments(reader, err);
-    for (uint32_t i = 0; code == SHEF_OK && i < reader->n_segments; i++)
-        code = inspect(reader, &reader->segments[i], part, err);
-    if (code == SHEF_OK)
-        code = agree(reader, err);
-    if (code != SHEF_OK) {
-        shef_block_reader_close(reader);
-        return code;
-    }
-    find_ends(reader);
-    *out_reader = reader;
-    return SHEF_OK;
-}
+#include "record/block_reader_internal.h"
 
 const struct shef_block_summary *shef_block_reader_summary(const struct shef_block_reader *reader)
 {
@@ -303,15 +25,15 @@ static void close_segment(struct shef_block_reader *reader)
 
 static enum shef_err open_segment(struct shef_block_reader *reader, struct shef_error *err)
 {
-    const struct segment *segment = &reader->segments[reader->at_segment];
+    const struct shef_block_segment *segment = &reader->segments[reader->at_segment];
     char path[PATH_MAX + 32];
 
-    path_of(reader, segment, ".idx", path);
+    shef_block_reader_path(reader, segment, ".idx", path);
     reader->index_fd = open(path, O_RDONLY | O_CLOEXEC);
     if (reader->index_fd < 0)
         return shef_fail_os(err, errno, "open '%s'", path);
     if (segment->data_bytes > 0) {
-        path_of(reader, segment, reader->ending, path);
+        shef_block_reader_path(reader, segment, reader->ending, path);
         reader->data_fd = open(path, O_RDONLY | O_CLOEXEC);
         if (reader->data_fd < 0) {
             const int failure = errno;
@@ -328,7 +50,7 @@ static enum shef_err open_segment(struct shef_block_reader *reader, struct shef_
 
 static void leave_segment(struct shef_block_reader *reader)
 {
-    const struct segment *segment = &reader->segments[reader->at_segment];
+    const struct shef_block_segment *segment = &reader->segments[reader->at_segment];
 
     if (segment->data_bytes > reader->segment_end)
         reader->damage.n_loose_bytes += segment->data_bytes - reader->segment_end;
@@ -342,10 +64,11 @@ static const uint8_t *take_record(struct shef_block_reader *reader, struct shef_
 {
     if (reader->n_window == 0 || reader->at_record >= reader->window_start + reader->n_window) {
         const uint64_t n_left = reader->segments[reader->at_segment].n_records - reader->at_record;
-        const size_t n_wanted = n_left < WINDOW_RECORDS ? (size_t)n_left : WINDOW_RECORDS;
-        const ssize_t n_read =
-            read_at(reader->index_fd, reader->window, n_wanted * SHEF_INDEX_RECORD_BYTES,
-                    (reader->at_record + 1) * SHEF_INDEX_RECORD_BYTES);
+        const size_t n_wanted =
+            n_left < SHEF_INDEX_WINDOW_RECORDS ? (size_t)n_left : SHEF_INDEX_WINDOW_RECORDS;
+        const ssize_t n_read = shef_block_reader_pread(
+            reader->index_fd, reader->window, n_wanted * SHEF_INDEX_RECORD_BYTES,
+            (reader->at_record + 1) * SHEF_INDEX_RECORD_BYTES);
 
         if (n_read < 0 || (size_t)n_read < n_wanted * SHEF_INDEX_RECORD_BYTES) {
             (void)shef_fail_os(err, n_read < 0 ? errno : EIO,
@@ -363,7 +86,7 @@ static const uint8_t *take_record(struct shef_block_reader *reader, struct shef_
 static bool is_plausible(const struct shef_block_reader *reader,
                          const struct shef_block_record *record)
 {
-    const struct segment *segment = &reader->segments[reader->at_segment];
+    const struct shef_block_segment *segment = &reader->segments[reader->at_segment];
 
     return record->n_bytes >= 1 && record->n_bytes <= reader->max_block_bytes &&
            record->offset >= segment->header.front_bytes && record->offset <= UINT64_MAX / 2 &&
@@ -375,7 +98,7 @@ static enum shef_err read_block(struct shef_block_reader *reader,
                                 const struct shef_block_record *record, uint8_t *room,
                                 struct shef_error *err)
 {
-    const struct segment *segment = &reader->segments[reader->at_segment];
+    const struct shef_block_segment *segment = &reader->segments[reader->at_segment];
     const uint64_t end = record->offset + record->n_bytes;
 
     if (end > reader->segment_end)
@@ -384,8 +107,11 @@ static enum shef_err read_block(struct shef_block_reader *reader,
         reader->damage.n_cut_blocks++;
         return SHEF_ERR_FORMAT;
     }
+    if (!room)
+        return SHEF_OK;
 
-    const ssize_t n_read = read_at(reader->data_fd, room, record->n_bytes, record->offset);
+    const ssize_t n_read =
+        shef_block_reader_pread(reader->data_fd, room, record->n_bytes, record->offset);
 
     if (n_read < 0)
         return shef_fail_os(err, errno, "read segment %u in '%s'", segment->number, reader->folder);
@@ -435,7 +161,7 @@ enum shef_err shef_block_reader_next(struct shef_block_reader *reader, uint8_t *
                                      struct shef_block *out_block, struct shef_error *err)
 {
     while (reader->at_segment < reader->n_segments) {
-        const struct segment *segment = &reader->segments[reader->at_segment];
+        const struct shef_block_segment *segment = &reader->segments[reader->at_segment];
         enum shef_err code = SHEF_OK;
 
         if (!segment->readable) {
@@ -456,6 +182,82 @@ enum shef_err shef_block_reader_next(struct shef_block_reader *reader, uint8_t *
     return SHEF_ERR_EMPTY;
 }
 
+/* The readable segment of a number, or NULL. */
+static const struct shef_block_segment *find_segment(const struct shef_block_reader *reader,
+                                                     uint32_t number)
+{
+    for (uint32_t i = 0; i < reader->n_segments; i++)
+        if (reader->segments[i].number == number && reader->segments[i].readable)
+            return &reader->segments[i];
+    return NULL;
+}
+
+/* Opens a segment's data for reading out of order. */
+static enum shef_err open_other(struct shef_block_reader *reader,
+                                const struct shef_block_segment *segment, struct shef_error *err)
+{
+    char path[PATH_MAX + 32];
+
+    if (reader->other_fd >= 0 && reader->other_segment == segment->number)
+        return SHEF_OK;
+    if (reader->other_fd >= 0)
+        close(reader->other_fd);
+    shef_block_reader_path(reader, segment, reader->ending, path);
+    reader->other_segment = segment->number;
+    reader->other_fd = open(path, O_RDONLY | O_CLOEXEC);
+    return reader->other_fd >= 0 ? SHEF_OK : shef_fail_os(err, errno, "open '%s'", path);
+}
+
+enum shef_err shef_block_reader_read(struct shef_block_reader *reader,
+                                     const struct shef_block *block, uint8_t *room,
+                                     struct shef_error *err)
+{
+    const struct shef_block_record *record = &block->record;
+    const struct shef_block_segment *segment = find_segment(reader, block->segment);
+    enum shef_err code = SHEF_ERR_FORMAT;
+    ssize_t n_read = 0;
+
+    if (segment && record->n_bytes <= reader->max_block_bytes) {
+        code = open_other(reader, segment, err);
+        if (code != SHEF_OK)
+            return code;
+        n_read = shef_block_reader_pread(reader->other_fd, room, record->n_bytes, record->offset);
+        if (n_read < 0)
+            return shef_fail_os(err, errno, "read segment %u in '%s'", segment->number,
+                                reader->folder);
+    }
+    if (code == SHEF_OK && (uint32_t)n_read == record->n_bytes &&
+        shef_crc32c(0, room, record->n_bytes) == record->crc32c)
+        return SHEF_OK;
+    reader->damage.n_bad_blocks++;
+    return shef_fail(err, SHEF_ERR_FORMAT,
+                     "block %llu in segment %u of '%s' is damaged: it does not match its checksum",
+                     (unsigned long long)record->number, block->segment, reader->folder);
+}
+
+enum shef_err shef_block_reader_front(struct shef_block_reader *reader, uint8_t *room,
+                                      uint32_t room_bytes, uint32_t *out_n_bytes,
+                                      struct shef_error *err)
+{
+    for (uint32_t i = 0; i < reader->n_segments; i++) {
+        const struct shef_block_segment *segment = &reader->segments[i];
+        const uint32_t n_bytes = segment->header.front_bytes;
+
+        if (!segment->readable || segment->data_bytes < n_bytes || n_bytes > room_bytes ||
+            open_other(reader, segment, NULL) != SHEF_OK)
+            continue;
+        if (shef_block_reader_pread(reader->other_fd, room, n_bytes, 0) == (ssize_t)n_bytes &&
+            shef_crc32c(0, room, n_bytes) == segment->header.front_crc32c) {
+            *out_n_bytes = n_bytes;
+            return SHEF_OK;
+        }
+    }
+    return shef_fail(err, SHEF_ERR_FORMAT,
+                     "no data file in '%s' has an intact text at its front, so nothing says what "
+                     "its blocks are",
+                     reader->folder);
+}
+
 const struct shef_damage *shef_block_reader_damage(const struct shef_block_reader *reader)
 {
     return &reader->damage;
@@ -471,6 +273,8 @@ void shef_block_reader_close(struct shef_block_reader *reader)
     if (!reader)
         return;
     close_segment(reader);
+    if (reader->other_fd >= 0)
+        close(reader->other_fd);
     free(reader->segments);
     free(reader);
 }

@@ -63,11 +63,26 @@ SHEF_MUST_CHECK enum shef_err shef_block_reader_open(const char *folder, enum sh
 
 const struct shef_block_summary *shef_block_reader_summary(const struct shef_block_reader *reader);
 
+/* The text at the front of the data files, from the first one in which it is intact.
+ * SHEF_ERR_FORMAT: there is none, or none that fits. */
+SHEF_MUST_CHECK enum shef_err shef_block_reader_front(struct shef_block_reader *reader,
+                                                      uint8_t *room, uint32_t room_bytes,
+                                                      uint32_t *out_n_bytes,
+                                                      struct shef_error *err);
+
 /* Reads the next intact block.
- *   room  max_block_bytes for it
+ *   room  max_block_bytes for it; NULL: its bytes are not read, only that they are there is
+ *         checked
  * SHEF_ERR_EMPTY: there are no more. SHEF_ERR_IO: reading failed. */
 SHEF_MUST_CHECK enum shef_err shef_block_reader_next(struct shef_block_reader *reader,
                                                      uint8_t *room, struct shef_block *out_block,
+                                                     struct shef_error *err);
+
+/* Reads the bytes of a block that next() has found, in any order.
+ *   room  max_block_bytes for it
+ * SHEF_ERR_FORMAT: it is damaged; counted. SHEF_ERR_IO and other errors of the system. */
+SHEF_MUST_CHECK enum shef_err shef_block_reader_read(struct shef_block_reader *reader,
+                                                     const struct shef_block *block, uint8_t *room,
                                                      struct shef_error *err);
 
 /* What was found so far; complete once next() has said SHEF_ERR_EMPTY. */

@@ -61,6 +61,19 @@ struct shef_manifest_events {
     uint32_t n_gaps;
 };
 
+/* Frames, poses or triggers; the counts are zero until the recording is closed. */
+struct shef_manifest_part {
+    bool is_present;
+    char source[192]; /* what it was recorded from, for people */
+    uint32_t n_segments;
+    uint64_t n_blocks;
+    uint64_t n_items; /* frames, data packages, edges */
+    uint64_t n_bytes; /* of blocks */
+    uint64_t n_lost;  /* known to be lost before they could be recorded */
+    int64_t first_us; /* the part's own clock */
+    int64_t last_us;
+};
+
 struct shef_manifest {
     uint8_t session[SHEF_SESSION_BYTES];
     char software[64];
@@ -70,6 +83,7 @@ struct shef_manifest {
     enum shef_verdict verdict;
     char reason[SHEF_ERROR_TEXT_BYTES]; /* one sentence, "" for a clean recording */
     struct shef_manifest_events events;
+    struct shef_manifest_part parts[SHEF_PART_TRIGGERS + 1]; /* by number; not that of events */
     struct shef_manifest_file *files; /* n_files, owned; only of a closed recording */
     size_t n_files;
 };

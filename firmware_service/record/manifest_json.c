@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "record/part_table.h"
+
 #define KIND    "shef-recording"
 #define VERSION 1
 
@@ -106,6 +108,15 @@ static json_t *events_to_json(const struct shef_manifest_events *events)
     return root;
 }
 
+static json_t *part_to_json(const struct shef_manifest_part *part)
+{
+    return json_pack("{s:o, s:I, s:I, s:I, s:I, s:I, s:I, s:I}", "source",
+                     text_to_json(part->source), "n_segments", (json_int_t)part->n_segments,
+                     "n_blocks", (json_int_t)part->n_blocks, "n_items", (json_int_t)part->n_items,
+                     "n_bytes", (json_int_t)part->n_bytes, "n_lost", (json_int_t)part->n_lost,
+                     "first_us", (json_int_t)part->first_us, "last_us", (json_int_t)part->last_us);
+}
+
 static json_t *files_to_json(const struct shef_manifest *manifest)
 {
     json_t *list = json_array();
@@ -135,6 +146,10 @@ json_t *shef_manifest_to_json(const struct shef_manifest *manifest)
                   shef_verdict_name(manifest->verdict), "reason", text_to_json(manifest->reason));
     if (root && manifest->events.is_present)
         json_object_set_new(root, "events", events_to_json(&manifest->events));
+    for (enum shef_part part = SHEF_PART_FRAMES; root && part <= SHEF_PART_TRIGGERS; part++)
+        if (manifest->parts[part].is_present)
+            json_object_set_new(root, shef_part_kind(part)->folder,
+                                part_to_json(&manifest->parts[part]));
     if (root && manifest->is_closed)
         json_object_set_new(root, "files", files_to_json(manifest));
     return root;
@@ -226,6 +241,23 @@ static void take_events(const json_t *root, struct shef_manifest_events *events)
     }
 }
 
+static struct shef_manifest_part take_part(const json_t *root)
+{
+    struct shef_manifest_part part = {
+        .is_present = json_is_object(root),
+        .n_segments = (uint32_t)take_number(root, "n_segments", 0, UINT32_MAX, 0),
+        .n_blocks = take_count(root, "n_blocks"),
+        .n_items = take_count(root, "n_items"),
+        .n_bytes = take_count(root, "n_bytes"),
+        .n_lost = take_count(root, "n_lost"),
+        .first_us = take_number(root, "first_us", INT64_MIN, INT64_MAX, 0),
+        .last_us = take_number(root, "last_us", INT64_MIN, INT64_MAX, 0),
+    };
+
+    take_text(root, "source", part.source, sizeof part.source);
+    return part;
+}
+
 static bool is_sha256(const char *text)
 {
     return strlen(text) == SHEF_SHA256_TEXT_BYTES - 1 &&
@@ -295,6 +327,8 @@ static enum shef_err take_manifest(const json_t *root, struct shef_manifest *man
             return shef_fail(err, SHEF_ERR_FORMAT, "the camera's format or size is no such");
         take_events(events, &manifest->events);
     }
+    for (enum shef_part part = SHEF_PART_FRAMES; part <= SHEF_PART_TRIGGERS; part++)
+        manifest->parts[part] = take_part(json_object_get(root, shef_part_kind(part)->folder));
     return take_files(json_object_get(root, "files"), manifest, err);
 }
 

@@ -118,7 +118,7 @@ enum shef_err shef_recording_writer_create(struct shef_recording_writer *writer,
 {
     struct shef_manifest *manifest = &writer->manifest;
 
-    *writer = (struct shef_recording_writer){ .manifest.is_closed = false };
+    *writer = (struct shef_recording_writer){ .lock = PTHREAD_MUTEX_INITIALIZER };
     if (strlen(folder) + MAX_NAME_BYTES >= PATH_MAX)
         return shef_fail(err, SHEF_ERR_INVALID, "record to '%s': the path is too long", folder);
     snprintf(writer->folder, sizeof writer->folder, "%s", folder);
@@ -157,10 +157,12 @@ void shef_recording_writer_judge(struct shef_recording_writer *writer, enum shef
 {
     struct shef_manifest *manifest = &writer->manifest;
 
-    if (verdict <= manifest->verdict)
-        return;
-    manifest->verdict = verdict;
-    snprintf(manifest->reason, sizeof manifest->reason, "%s", reason);
+    pthread_mutex_lock(&writer->lock);
+    if (verdict > manifest->verdict) {
+        manifest->verdict = verdict;
+        snprintf(manifest->reason, sizeof manifest->reason, "%s", reason);
+    }
+    pthread_mutex_unlock(&writer->lock);
 }
 
 /* Lists the files, with checksums as far as there is time for them. */

@@ -1,11 +1,13 @@
 /* A recording folder while it is being written: the folder, its manifest, and how it ends.
  *
  * The parts have writers of their own (record/event_recorder.h), which put what they have to say
- * into the manifest. Blocks on disk. Thread: one at a time. */
+ * into the manifest. Blocks on disk. Thread: one; only the parts' recorders may write and judge on
+ * threads of their own meanwhile. */
 #ifndef SHEF_RECORD_RECORDING_WRITER_H
 #define SHEF_RECORD_RECORDING_WRITER_H
 
 #include <limits.h>
+#include <pthread.h>
 
 #include "core/error.h"
 #include "core/sha256.h"
@@ -18,8 +20,9 @@ extern "C" {
 struct shef_recording_writer {
     /* Set by create. */
     char folder[PATH_MAX];
-    /* The parts fill in theirs. */
+    /* The parts fill in their sections. */
     struct shef_manifest manifest;
+    pthread_mutex_t lock; /* of the verdict, which all parts have a say in */
 };
 
 struct shef_recording_writer_config {
@@ -50,7 +53,7 @@ SHEF_MUST_CHECK enum shef_err shef_recording_writer_add_part(struct shef_recordi
 SHEF_MUST_CHECK enum shef_err shef_recording_writer_update(struct shef_recording_writer *writer,
                                                            struct shef_error *err);
 
-/* A part's verdict; the worst of all counts, and its first sentence. */
+/* A part's verdict; the worst of all counts, and its first sentence. Thread: any. */
 void shef_recording_writer_judge(struct shef_recording_writer *writer, enum shef_verdict verdict,
                                  const char *reason);
 

@@ -7,8 +7,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "record/event_part.h"
 #include "record/folder_list.h"
+#include "record/part_table.h"
 #include "record/recording.h"
 
 SHEF_PRINTF(2, 3) static void add_problem(struct shef_verify_report *report, const char *fmt, ...)
@@ -24,35 +24,54 @@ SHEF_PRINTF(2, 3) static void add_problem(struct shef_verify_report *report, con
 }
 
 /* A count that should be zero. */
-static void expect_none(struct shef_verify_report *report, uint64_t n, const char *what)
+static void expect_none(struct shef_verify_report *report, enum shef_part part, uint64_t n,
+                        const char *what)
 {
     if (n > 0)
-        add_problem(report, "%llu %s", (unsigned long long)n, what);
+        add_problem(report, "%s: %llu %s", shef_part_kind(part)->name, (unsigned long long)n, what);
 }
 
-static void report_damage(struct shef_verify_report *report, const struct shef_manifest *manifest,
+static void report_damage(struct shef_verify_report *report, enum shef_part part,
+                          const struct shef_damage *damage, uint64_t n_promised,
                           uint64_t next_number)
 {
-    const struct shef_damage *damage = &report->damage;
-    const uint64_t n_promised = manifest->is_closed ? manifest->events.n_blocks : 0;
-
-    expect_none(report, damage->n_bad_blocks, "blocks do not match their checksums");
-    expect_none(report, damage->n_cut_blocks, "blocks lie beyond the ends of their files");
-    expect_none(report, damage->n_bad_records, "records of indexes are damaged");
-    expect_none(report, damage->n_loose_bytes, "bytes of events have no record in an index");
-    expect_none(report, damage->n_bad_segments, "segments have no readable index");
-    expect_none(report, damage->n_lost_segments, "segments are missing");
-    expect_none(report, damage->n_strange_segments, "segments are of another recording");
-    expect_none(report, damage->n_missing_blocks, "blocks are missing between others");
+    expect_none(report, part, damage->n_bad_blocks, "blocks do not match their checksums");
+    expect_none(report, part, damage->n_cut_blocks, "blocks lie beyond the ends of their files");
+    expect_none(report, part, damage->n_bad_records, "records of indexes are damaged");
+    expect_none(report, part, damage->n_loose_bytes, "bytes have no record in an index");
+    expect_none(report, part, damage->n_bad_segments, "segments have no readable index");
+    expect_none(report, part, damage->n_lost_segments, "segments are missing");
+    expect_none(report, part, damage->n_strange_segments, "segments are of another recording");
+    expect_none(report, part, damage->n_missing_blocks, "blocks are missing between others");
     if (n_promised > next_number)
-        expect_none(report, n_promised - next_number, "blocks are missing at the end");
+        expect_none(report, part, n_promised - next_number, "blocks are missing at the end");
 }
 
-static enum shef_err verify_blocks(struct shef_block_reader *reader,
+static void add_damage(struct shef_damage *sum, const struct shef_damage *damage)
+{
+    sum->n_missing_blocks += damage->n_missing_blocks;
+    sum->n_bad_blocks += damage->n_bad_blocks;
+    sum->n_cut_blocks += damage->n_cut_blocks;
+    sum->n_bad_records += damage->n_bad_records;
+    sum->n_loose_bytes += damage->n_loose_bytes;
+    sum->n_bad_segments += damage->n_bad_segments;
+    sum->n_lost_segments += damage->n_lost_segments;
+    sum->n_strange_segments += damage->n_strange_segments;
+    sum->n_lost_buffers += damage->n_lost_buffers;
+}
+
+/* How many blocks the manifest says there are; 0 if it does not say. */
+static uint64_t promised_blocks(const struct shef_manifest *manifest, enum shef_part part)
+{
+    return part == SHEF_PART_EVENTS ? manifest->events.n_blocks : manifest->parts[part].n_blocks;
+}
+
+static enum shef_err verify_blocks(struct shef_block_reader *reader, enum shef_part part,
                                    const struct shef_manifest *manifest, uint8_t *room,
                                    shef_go_on_fn *go_on, void *context,
                                    struct shef_verify_report *report, struct shef_error *err)
 {
+    const struct shef_damage *damage = shef_block_reader_damage(reader);
     struct shef_block block;
     uint64_t next_number = 0;
     enum shef_err code;
@@ -65,40 +84,43 @@ static enum shef_err verify_blocks(struct shef_block_reader *reader,
     }
     if (code != SHEF_ERR_EMPTY)
         return code;
-    report->damage = *shef_block_reader_damage(reader);
-    report_damage(report, manifest, next_number);
+    add_damage(&report->damage, damage);
+    report_damage(report, part, damage, manifest->is_closed ? promised_blocks(manifest, part) : 0,
+                  next_number);
     return SHEF_OK;
 }
 
-static enum shef_err verify_events(const char *path, const struct shef_manifest *manifest,
-                                   shef_go_on_fn *go_on, void *context,
-                                   struct shef_verify_report *report, struct shef_error *err)
+static enum shef_err verify_part(const char *path, enum shef_part part,
+                                 const struct shef_manifest *manifest, shef_go_on_fn *go_on,
+                                 void *context, struct shef_verify_report *report,
+                                 struct shef_error *err)
 {
+    const struct shef_part_kind *kind = shef_part_kind(part);
     struct shef_block_reader *reader;
     char folder[PATH_MAX];
 
-    if (snprintf(folder, sizeof folder, "%s/" SHEF_EVENT_FOLDER, path) >= PATH_MAX)
+    if (snprintf(folder, sizeof folder, "%s/%s", path, kind->folder) >= PATH_MAX)
         return shef_fail(err, SHEF_ERR_INVALID, "check '%s': the path is too long", path);
 
-    enum shef_err code = shef_block_reader_open(folder, SHEF_PART_EVENTS, SHEF_EVENT_ENDING,
-                                                SHEF_EVENT_BLOCK_MAX_BYTES, &reader, err);
+    enum shef_err code =
+        shef_block_reader_open(folder, part, kind->ending, kind->max_block_bytes, &reader, err);
 
     if (code == SHEF_ERR_EMPTY || code == SHEF_ERR_NOT_FOUND) {
-        if (manifest->events.n_blocks > 0)
-            add_problem(report, "the event part is gone");
+        if (promised_blocks(manifest, part) > 0)
+            add_problem(report, "the %s is gone", kind->name);
         return SHEF_OK;
     }
     if (code == SHEF_ERR_FORMAT) {
-        add_problem(report, "no segment of the event part has a readable index");
+        add_problem(report, "no segment of the %s has a readable index", kind->name);
         return SHEF_OK;
     }
     if (code != SHEF_OK)
         return code;
 
-    uint8_t *room = malloc(SHEF_EVENT_BLOCK_MAX_BYTES);
+    uint8_t *room = malloc(kind->max_block_bytes);
 
     if (room)
-        code = verify_blocks(reader, manifest, room, go_on, context, report, err);
+        code = verify_blocks(reader, part, manifest, room, go_on, context, report, err);
     else
         code = shef_fail(err, SHEF_ERR_NO_MEMORY, "check '%s': out of memory", path);
     free(room);
@@ -200,7 +222,9 @@ enum shef_err shef_recording_verify(const char *path, shef_go_on_fn *go_on, void
     else if (!recording.manifest.is_closed)
         add_problem(report, "the recording was never closed, so there is nothing to compare its "
                             "files with; its blocks were checked");
-    code = verify_events(path, &recording.manifest, go_on, context, report, err);
+    for (enum shef_part part = SHEF_PART_EVENTS; code == SHEF_OK && part <= SHEF_PART_TRIGGERS;
+         part++)
+        code = verify_part(path, part, &recording.manifest, go_on, context, report, err);
     if (code == SHEF_OK && recording.manifest.is_closed)
         code = verify_files(path, &recording.manifest, go_on, context, report, err);
     shef_recording_free(&recording);

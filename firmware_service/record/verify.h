@@ -18,8 +18,8 @@ extern "C" {
 #define SHEF_VERIFY_MAX_PROBLEMS 32
 
 struct shef_verify_report {
-    uint64_t n_blocks; /* of the event part, intact */
-    struct shef_damage damage;
+    uint64_t n_blocks;         /* of all parts, intact */
+    struct shef_damage damage; /* of all parts */
     uint64_t n_files;          /* compared with their SHA-256 */
     uint64_t n_unhashed_files; /* the manifest has no SHA-256 of them */
     uint64_t n_new_files;      /* the manifest does not know them */
