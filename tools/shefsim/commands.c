@@ -1,0 +1,5 @@
+#include "shefsim/commands.h"
+
+const struct shef_command *const sim_commands[SIM_N_COMMANDS] = {
+    &sim_command_events,
+};

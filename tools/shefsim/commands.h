@@ -1,0 +1,12 @@
+/* The table of shefsim's commands, in the order of the help. */
+#ifndef SHEFSIM_COMMANDS_H
+#define SHEFSIM_COMMANDS_H
+
+#include "sheftool/command.h"
+
+#define SIM_N_COMMANDS 1
+extern const struct shef_command *const sim_commands[SIM_N_COMMANDS];
+
+extern const struct shef_command sim_command_events;
+
+#endif
