@@ -69,6 +69,9 @@ struct shef_evt_decoder {
     struct shef_evt_sync sync;
     uint32_t low_us;    /* low bits of the last event (EVT2, 2.1) or TIME_LOW (EVT3) */
     uint32_t last_type; /* of the word before, for continuations */
+    uint32_t spare;     /* EVT2.1: the bits of a TIME_HIGH that mean nothing, in the last one */
+    uint8_t n_spare;    /* how often they came unchanged, up to SHEF_EVT_SPARE_SURE */
+    uint8_t n_strange;  /* TIME_HIGH words in a row with other ones */
     uint32_t row_state; /* EVT3: enum of the implementation */
     uint32_t row_px;
     uint32_t base_px;

@@ -1,6 +1,9 @@
 /* The state machines of EVT2 and EVT2.1: 32-bit words of one event, 64-bit words of up to 32. */
 #include "codecs/evt_decode.h"
 
+/* So many TIME_HIGH words in a row that are none: the alignment is lost. */
+#define N_STRANGE_LOST 4
+
 static void take_low(struct shef_evt_decoder *decoder, uint32_t low_us)
 {
     if (low_us < decoder->low_us)
@@ -101,6 +104,37 @@ static void take_evt21_vector(struct shef_evt_decoder *decoder, struct shef_even
     }
 }
 
+/* Whether a word is a TIME_HIGH by its spare bits too. Out of alignment those are an event's, and
+ * its time is another event's pixels. */
+static bool is_true_time_high(struct shef_evt_decoder *decoder, uint32_t spare)
+{
+    if (spare == decoder->spare) {
+        decoder->n_strange = 0;
+        decoder->n_spare += decoder->n_spare < SHEF_EVT_SPARE_SURE;
+        return true;
+    }
+    if (decoder->n_spare < SHEF_EVT_SPARE_SURE) {
+        decoder->spare = spare;
+        decoder->n_spare = 0;
+        return true;
+    }
+    return false;
+}
+
+static void take_evt21_time_high(struct shef_evt_decoder *decoder, uint64_t word)
+{
+    if (is_true_time_high(decoder, (uint32_t)word)) {
+        shef_evt_take_time_high(decoder,
+                                (uint32_t)(word >> 32) & ((1u << SHEF_EVT2_HIGH_BITS) - 1));
+        return;
+    }
+    shef_evt_take_bad_word(decoder);
+    if (++decoder->n_strange == N_STRANGE_LOST) {
+        decoder->n_strange = 0;
+        shef_evt_sync_lose(&decoder->sync, decoder->stats.n_words);
+    }
+}
+
 static void take_evt21_word(struct shef_evt_decoder *decoder, struct shef_event_batch *batch,
                             uint64_t word)
 {
@@ -115,7 +149,7 @@ static void take_evt21_word(struct shef_evt_decoder *decoder, struct shef_event_
     else if (type <= SHEF_EVT2_ON)
         take_evt21_vector(decoder, batch, word);
     else if (type == SHEF_EVT2_TIME_HIGH)
-        shef_evt_take_time_high(decoder, upper & ((1u << SHEF_EVT2_HIGH_BITS) - 1));
+        take_evt21_time_high(decoder, word);
     else if (type == SHEF_EVT2_TRIGGER)
         shef_evt_take_trigger(decoder, batch, upper >> 22 & 0x3f, upper >> 8 & 0x1f, upper & 1);
 }

@@ -10,6 +10,9 @@
 extern "C" {
 #endif
 
+/* EVT2.1: spare bits of a TIME_HIGH that came unchanged so often are always the same. */
+#define SHEF_EVT_SPARE_SURE 8
+
 /* Why events have no row (EVT3). */
 enum shef_evt_row_state {
     SHEF_EVT_ROW_NONE, /* no ADDR_Y yet */

@@ -172,11 +172,13 @@ void shef_evt_take_trigger(struct shef_evt_decoder *decoder, struct shef_event_b
 /* Returns how many bytes it took to find the alignment, or all of them. */
 static size_t hunt(struct shef_evt_decoder *decoder, const uint8_t *bytes, size_t n_bytes)
 {
+    const bool is_spare_sure = decoder->n_spare == SHEF_EVT_SPARE_SURE;
+    const uint32_t *const spare = is_spare_sure ? &decoder->spare : NULL;
     size_t i = 0;
     uint32_t high = 0;
 
     while (i < n_bytes)
-        if (shef_evt_sync_feed(&decoder->sync, decoder->format, bytes[i++], &high))
+        if (shef_evt_sync_feed(&decoder->sync, decoder->format, spare, bytes[i++], &high))
             break;
     decoder->stats.n_bytes_skipped += i;
     if (decoder->sync.hunting)

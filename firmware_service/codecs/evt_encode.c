@@ -6,8 +6,11 @@
 
 #define TICK_US 16
 
-/* How often a step back is said: once, and again for each word that has to agree. */
-#define N_SAID_BACK (1 + SHEF_EVT_CLOCK_N_AGREEING)
+/* A minute of ticks takes 15 MB in EVT2. A day of them, because some time is wrong, must not. */
+#define TICKING_MAX_US 60000000
+
+/* How often a jump is said: once, and again for each word that has to agree. */
+#define N_SAID_JUMP (1 + SHEF_EVT_CLOCK_N_AGREEING)
 
 /* Other readers take a short counter's jump of half its range for a step back. */
 #define EVT3_AHEAD_MAX 2047
@@ -95,13 +98,14 @@ static uint8_t *put_tick(struct shef_evt_encoder *encoder, uint8_t *out)
 static uint8_t *step_to(struct shef_evt_encoder *encoder, uint8_t *out, int64_t t_us)
 {
     const int64_t high = t_us >> encoder->low_bits;
+    const bool ticking = encoder->ticks == SHEF_EVT_TICKS_SENSOR;
     int64_t n_steps = high - encoder->high;
 
     if (!encoder->started) {
         encoder->next_tick_us = (t_us / TICK_US + 1) * TICK_US;
         return put_high(encoder, out, high);
     }
-    if (encoder->ticks == SHEF_EVT_TICKS_SENSOR && encoder->next_tick_us <= t_us)
+    if (ticking && encoder->next_tick_us <= t_us && t_us - encoder->next_tick_us <= TICKING_MAX_US)
         return put_tick(encoder, out);
     if (n_steps > 1) {
         /* Readers see a wrap by its last and first value, so those are never skipped. */
@@ -115,10 +119,12 @@ static uint8_t *step_to(struct shef_evt_encoder *encoder, uint8_t *out, int64_t 
     }
     if (n_steps < -encoder->n_back_max)
         return NULL;
-    if (n_steps < -1) {
+    if (n_steps < -1 || (n_steps > 1 && ticking)) {
+        const int64_t next_high = encoder->high + n_steps;
+
         encoder->next_tick_us = (t_us / TICK_US + 1) * TICK_US;
-        for (int32_t i = 0; i < N_SAID_BACK; i++)
-            out = put_high(encoder, out, high);
+        for (int32_t i = 0; i < N_SAID_JUMP; i++)
+            out = put_high(encoder, out, next_high);
         return out;
     }
     return n_steps == 0 ? out : put_high(encoder, out, encoder->high + n_steps);

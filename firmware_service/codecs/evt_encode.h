@@ -15,7 +15,9 @@ extern "C" {
 
 enum shef_evt_ticks {
     SHEF_EVT_TICKS_SPARSE, /* a TIME_HIGH only when it changes: small files */
-    SHEF_EVT_TICKS_SENSOR, /* one every 16 us, events or not, as sensors do */
+    SHEF_EVT_TICKS_SENSOR, /* one every 16 us, events or not, as sensors do, so that a reader finds
+                            * its way after damage; a pause of more than a minute is jumped over,
+                            * and readers count it as lost data */
 };
 
 /* All fields are the encoder's own. */

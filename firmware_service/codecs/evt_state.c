@@ -11,7 +11,8 @@
  *  24  u32 low bits in us, u16 row, u16 vector base in px
  *  32  u8 agreeing words, u8 repeats, u8 group phase, u8 carried bytes
  *  36  8 carried bytes
- *  44  20 zero bytes
+ *  44  u32 spare bits of a TIME_HIGH, u8 how often they came (EVT2.1)
+ *  49  15 zero bytes
  * A hunt for the alignment is not kept: the next segment starts it anew, with the first words
  * that are impossible. */
 static const uint8_t state_magic[4] = { 'E', 'V', 'S', 1 };
@@ -81,6 +82,8 @@ void shef_evt_save(const struct shef_evt_decoder *decoder, uint8_t out_state[SHE
     put(out_state + 34, decoder->group_phase, 1);
     put(out_state + 35, decoder->n_carried, 1);
     memcpy(out_state + 36, decoder->carried, sizeof decoder->carried);
+    put(out_state + 44, decoder->spare, 4);
+    put(out_state + 48, decoder->n_spare, 1);
 }
 
 /* Whether every field is one that save() could have written for this decoder. */
@@ -94,7 +97,8 @@ static bool is_plausible(const struct shef_evt_decoder *decoder, const uint8_t *
            shef_load_u32(state + 24) < low_limit_us &&
            (state[6] != SHEF_EVT_ROW_VALID || shef_load_u16(state + 28) < decoder->height_px) &&
            shef_load_u16(state + 30) < 2 * SHEF_EVT_MAX_SIDE_PX &&
-           state[34] < SHEF_EVT3_GROUP_WORDS && state[35] < shef_evt_word_bytes(decoder->format);
+           state[34] < SHEF_EVT3_GROUP_WORDS && state[35] < shef_evt_word_bytes(decoder->format) &&
+           state[48] <= SHEF_EVT_SPARE_SURE;
 }
 
 enum shef_err shef_evt_restore(struct shef_evt_decoder *decoder,
@@ -133,5 +137,8 @@ enum shef_err shef_evt_restore(struct shef_evt_decoder *decoder,
     decoder->group_phase = state[34];
     decoder->n_carried = state[35];
     memcpy(decoder->carried, state + 36, sizeof decoder->carried);
+    decoder->spare = shef_load_u32(state + 44);
+    decoder->n_spare = state[48];
+    decoder->n_strange = 0;
     return SHEF_OK;
 }

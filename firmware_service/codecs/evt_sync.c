@@ -50,7 +50,8 @@ struct glimpse {
     uint32_t high_mask;
 };
 
-static struct glimpse glimpse_of(enum shef_evt_format format, uint64_t recent, uint32_t last_type)
+static struct glimpse glimpse_of(enum shef_evt_format format, const uint32_t *spare,
+                                 uint64_t recent, uint32_t last_type)
 {
     struct glimpse seen = { .high_mask = (1u << SHEF_EVT2_HIGH_BITS) - 1 };
 
@@ -63,19 +64,24 @@ static struct glimpse glimpse_of(enum shef_evt_format format, uint64_t recent, u
         seen.high_mask = (1u << SHEF_EVT3_HIGH_BITS) - 1;
         seen.high = word & seen.high_mask;
     } else {
-        const uint32_t upper =
-            (uint32_t)(shef_evt21_order(recent, format == SHEF_EVT21_LEGACY) >> 32);
+        const uint64_t word = shef_evt21_order(recent, format == SHEF_EVT21_LEGACY);
+        const uint32_t upper = (uint32_t)(word >> 32);
 
         seen.type = upper >> 28;
         seen.known = format == SHEF_EVT2 ? shef_evt2_is_known(seen.type, last_type)
                                          : shef_evt21_is_known(seen.type);
         seen.is_time_high = seen.type == SHEF_EVT2_TIME_HIGH;
         seen.high = upper & seen.high_mask;
+        if (seen.is_time_high && spare && (uint32_t)word != *spare) {
+            seen.is_time_high = false;
+            seen.known = false;
+        }
     }
     return seen;
 }
 
-bool shef_evt_sync_feed(struct shef_evt_sync *sync, int format, uint8_t byte, uint32_t *out_high)
+bool shef_evt_sync_feed(struct shef_evt_sync *sync, int format, const uint32_t *spare, uint8_t byte,
+                        uint32_t *out_high)
 {
     const uint32_t word_bytes = shef_evt_word_bytes((enum shef_evt_format)format);
     struct shef_evt_place *place = &sync->places[sync->place];
@@ -87,7 +93,8 @@ bool shef_evt_sync_feed(struct shef_evt_sync *sync, int format, uint8_t byte, ui
     if (sync->n_seen < word_bytes)
         return false;
 
-    struct glimpse seen = glimpse_of((enum shef_evt_format)format, sync->recent, place->last_type);
+    struct glimpse seen =
+        glimpse_of((enum shef_evt_format)format, spare, sync->recent, place->last_type);
 
     place->last_type = seen.known ? (uint8_t)seen.type : 0;
     if (seen.is_time_high) {

@@ -54,9 +54,11 @@ void shef_evt_sync_forgive(struct shef_evt_sync *sync, uint32_t n_words);
 
 /* Hunts through one byte.
  *   format    an enum shef_evt_format
+ *   spare     EVT2.1: the spare bits of every TIME_HIGH, NULL where they are not known
  *   out_high  the value of the last TIME_HIGH at the new alignment
  * Returns true when this byte ends a word of the alignment found; sync then hunts no more. */
-bool shef_evt_sync_feed(struct shef_evt_sync *sync, int format, uint8_t byte, uint32_t *out_high);
+bool shef_evt_sync_feed(struct shef_evt_sync *sync, int format, const uint32_t *spare, uint8_t byte,
+                        uint32_t *out_high);
 
 #ifdef __cplusplus
 }

@@ -123,6 +123,31 @@ static void test_long_pauses_cross_every_wrap(void)
     }
 }
 
+static void test_ticks_jump_over_a_pause_of_more_than_a_minute(void)
+{
+    for (size_t i = 0; i < 4; i++) {
+        const int64_t pause_us = formats[i] == SHEF_EVT3 ? 100000000 : 1700000000;
+
+        start();
+        for (uint32_t n = 0; n < 40; n++) {
+            /* Pairs, with enough ticks between them to make it a stream that ticks. */
+            struct shef_event event = shef_event_make(n % 2 * 50000, n, 7, true);
+            const struct shef_event_batch batch = {
+                .events = &event, .capacity = 1, .n_events = 1, .base_us = n / 2 * pause_us
+            };
+
+            decoded_add(&scene, &batch);
+        }
+        encode(formats[i], SHEF_EVT_TICKS_SENSOR, 640, 480, 1);
+        TEST_ASSERT_TRUE(stream.n_bytes < 20 * 3200 * 8);
+        decoded =
+            decode_all((struct decoding){ .format = formats[i], .width_px = 640, .height_px = 480 },
+                       stream.bytes, stream.n_bytes);
+        TEST_ASSERT_TRUE(decoded.stats.n_wraps > 0);
+        expect_same_events(&scene, &decoded);
+    }
+}
+
 static void test_steps_back_in_time_come_back_too(void)
 {
     struct shef_test_random random = shef_test_random_start();
@@ -278,6 +303,7 @@ int main(void)
     RUN_TEST(test_random_scenes_come_back_in_every_format);
     RUN_TEST(test_slices_of_every_size_give_the_same);
     RUN_TEST(test_long_pauses_cross_every_wrap);
+    RUN_TEST(test_ticks_jump_over_a_pause_of_more_than_a_minute);
     RUN_TEST(test_steps_back_in_time_come_back_too);
     RUN_TEST(test_events_in_random_order_come_back_too);
     RUN_TEST(test_a_sensor_that_sees_nothing_still_ticks);

@@ -1,6 +1,7 @@
 /* Damaged streams: the decoder finds words again, time stays true, and slices never matter. */
 #include <string.h>
 
+#include "codecs/evt_word.h"
 #include "streams.h"
 
 #define WIDTH_PX  640
@@ -140,6 +141,38 @@ static void test_inserted_rubbish_is_skipped(void)
     }
 }
 
+/* Of EVT2.1 four bytes early or late, a lone last pixel's bits are a TIME_HIGH. */
+static void test_lone_pixels_of_evt21_do_not_pass_for_time_words(void)
+{
+    for (uint32_t n_said = 1; n_said <= 4; n_said += 3) {
+        tearDown();
+        for (uint32_t i = 0; i < 40000; i++) {
+            for (uint32_t said = 0; said < n_said && i % 40 == 0; said++)
+                evt21_high(&stream, 5000 + i / 40);
+            evt21_events(&stream, i % 40, i / 7 % 20 * 32, i % 480, i & 1, 1u << (i * 7 + 3) % 32);
+        }
+        scene = decode_all(decoding_of(SHEF_EVT21), stream.bytes, stream.n_bytes);
+        TEST_ASSERT_EQUAL_UINT64(40000, scene.n_events);
+        cut(stream.n_bytes / 4 / 8 * 8, 4);
+        decoded = decode_all(decoding_of(SHEF_EVT21), stream.bytes, stream.n_bytes);
+        TEST_ASSERT_EQUAL_UINT64(1, decoded.stats.n_resyncs);
+        TEST_ASSERT_TRUE(n_same_at_start() > 9000);
+        TEST_ASSERT_TRUE(n_same_at_end(9000) > 28000);
+    }
+}
+
+static void test_spare_bits_that_change_are_no_sign_of_damage(void)
+{
+    for (uint32_t i = 0; i < 4000; i++) {
+        evt21_word(&stream, (uint64_t)SHEF_EVT2_TIME_HIGH << 60 | (uint64_t)(5000 + i) << 32 | i);
+        evt21_events(&stream, 5, 64, 7, true, 1);
+    }
+    decoded = decode_all(decoding_of(SHEF_EVT21), stream.bytes, stream.n_bytes);
+    TEST_ASSERT_EQUAL_UINT64(4000, decoded.n_events);
+    TEST_ASSERT_EQUAL_UINT64(0, decoded.stats.n_violations[SHEF_EVT_UNKNOWN_WORD]);
+    TEST_ASSERT_EQUAL_INT64((5000 + 3999) * 64 + 5, decoded.events[3999].t_us);
+}
+
 static void test_lost_whole_words_need_no_hunt(void)
 {
     struct shef_test_random random = shef_test_random_start();
@@ -228,6 +261,8 @@ int main(void)
     RUN_TEST(test_lost_bytes_cost_little_and_never_the_time_after);
     RUN_TEST(test_a_stream_that_starts_in_mid_word_is_found_and_timed);
     RUN_TEST(test_inserted_rubbish_is_skipped);
+    RUN_TEST(test_lone_pixels_of_evt21_do_not_pass_for_time_words);
+    RUN_TEST(test_spare_bits_that_change_are_no_sign_of_damage);
     RUN_TEST(test_lost_whole_words_need_no_hunt);
     RUN_TEST(test_damage_gives_the_same_for_every_way_of_slicing);
     RUN_TEST(test_time_words_that_stay_away_start_a_hunt);
