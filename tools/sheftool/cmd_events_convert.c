@@ -160,7 +160,7 @@ static enum shef_err convert(const struct settings *settings, struct shef_events
     config->is_raw = kind == SHEF_SINK_RAW;
     config->date = info->camera.date[0] ? info->camera.date : NULL;
     config->format = pick_format(settings, info);
-    config->ticks = SHEF_EVT_TICKS_SPARSE;
+    config->ticks = SHEF_EVT_TICKS_SENSOR;
     config->generation = SHEF_RAW_NEW;
     config->like = info->kind == SHEF_EVENTS_DAT ? NULL : &info->camera;
 
