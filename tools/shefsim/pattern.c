@@ -1,0 +1,229 @@
+#include "shefsim/pattern.h"
+
+#include <math.h>
+
+#include "shefsim/random.h"
+
+static double even(uint64_t bits)
+{
+    return (double)(int32_t)(uint32_t)(bits >> 32) * 0x1p-31;
+}
+
+static uint64_t hash(uint64_t seed, int64_t x, int64_t y, int64_t z)
+{
+    return sim_mix64(seed + (uint64_t)x * UINT64_C(0x9e3779b97f4a7c15) +
+                     (uint64_t)y * UINT64_C(0xd1b54a32d192ed03) +
+                     (uint64_t)z * UINT64_C(0x8cb92ba72f3d8dd7));
+}
+
+static double limited(double value, double low, double high)
+{
+    return value < low ? low : value > high ? high : value;
+}
+
+/* How much of a detail of this size is left behind a pixel of that size. */
+static double kept(double footprint_m, double detail_m)
+{
+    return limited(1.6 - 1.6 * footprint_m / detail_m, 0, 1);
+}
+
+/* The nearest and second nearest seed of a jittered grid. */
+struct nearest {
+    double distance2[2];
+    double offset[2][3]; /* from the place to the seeds, in cells */
+    uint64_t key[2];
+};
+
+static void consider(struct nearest *nearest, const double offset[3], uint64_t key)
+{
+    const double distance2 = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
+    int rank;
+
+    if (distance2 >= nearest->distance2[1])
+        return;
+    rank = distance2 < nearest->distance2[0] ? 0 : 1;
+    if (rank == 0) {
+        nearest->distance2[1] = nearest->distance2[0];
+        nearest->key[1] = nearest->key[0];
+        for (int i = 0; i < 3; i++)
+            nearest->offset[1][i] = nearest->offset[0][i];
+    }
+    nearest->distance2[rank] = distance2;
+    nearest->key[rank] = key;
+    for (int i = 0; i < 3; i++)
+        nearest->offset[rank][i] = offset[i];
+}
+
+static void find_nearest(struct nearest *out_nearest, const struct sim_pattern_place *place,
+                         double cell_m, uint64_t seed)
+{
+    const double x = place->position_m[0] / cell_m;
+    const double y = place->position_m[1] / cell_m;
+    const double z = place->solid ? place->position_m[2] / cell_m : 0;
+    const double corner[3] = { floor(x), floor(y), floor(z) };
+    const int deep = place->solid ? 1 : 0;
+
+    *out_nearest = (struct nearest){ .distance2 = { 1e9, 1e9 } };
+    for (int k = -deep; k <= deep; k++)
+        for (int j = -1; j <= 1; j++)
+            for (int i = -1; i <= 1; i++) {
+                const uint64_t key = hash(seed, (int64_t)corner[0] + i, (int64_t)corner[1] + j,
+                                          (int64_t)corner[2] + k);
+                /* 21 bits a coordinate; in the middle 80 % of its square. */
+                const double offset[3] = {
+                    corner[0] + i + .1 + .8 * (double)(key & 0x1fffff) * 0x1p-21 - x,
+                    corner[1] + j + .1 + .8 * (double)(key >> 21 & 0x1fffff) * 0x1p-21 - y,
+                    deep ? corner[2] + k + .1 + .8 * (double)(key >> 42 & 0x1fffff) * 0x1p-21 - z
+                         : 0,
+                };
+
+                consider(out_nearest, offset, key);
+            }
+}
+
+/* Cells of even value within +-1, their borders as sharp as the footprint allows. */
+static double cells(const struct sim_pattern_place *place, double cell_m, uint64_t seed)
+{
+    const double share = kept(place->largest_m, cell_m);
+
+    if (share <= 0)
+        return 0;
+
+    struct nearest nearest;
+    double normal[3];
+
+    find_nearest(&nearest, place, cell_m, seed);
+    for (int i = 0; i < 3; i++)
+        normal[i] = nearest.offset[1][i] - nearest.offset[0][i];
+
+    const double apart =
+        sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]) + 1e-9;
+    const double width =
+        place->solid
+            ? place->largest_m
+            : (fabs(normal[0]) * place->footprint_m[0] + fabs(normal[1]) * place->footprint_m[1]) /
+                  apart;
+    /* Distance from the border, in footprints. */
+    const double inside =
+        (nearest.distance2[1] - nearest.distance2[0]) / (2 * apart) * cell_m / (width + 1e-9);
+    const double weight = limited(.5 + inside, 0, 1);
+
+    return share * (weight * even(sim_mix64(nearest.key[0])) +
+                    (1 - weight) * even(sim_mix64(nearest.key[1])));
+}
+
+static double smooth(double t)
+{
+    return t * t * (3 - 2 * t);
+}
+
+/* Values of a grid, blended smoothly. */
+static double noise(const struct sim_pattern_place *place, double cell_m, uint64_t seed)
+{
+    const double share = kept(place->largest_m, cell_m);
+    double corner[3] = { 0 };
+    double t[3] = { 0 };
+    double sum = 0;
+
+    if (share <= 0)
+        return 0;
+    for (int i = 0; i < (place->solid ? 3 : 2); i++) {
+        corner[i] = floor(place->position_m[i] / cell_m);
+        t[i] = smooth(place->position_m[i] / cell_m - corner[i]);
+    }
+    for (int n = 0; n < (place->solid ? 8 : 4); n++) {
+        const double weight =
+            (n & 1 ? t[0] : 1 - t[0]) * (n & 2 ? t[1] : 1 - t[1]) * (n & 4 ? t[2] : 1 - t[2]);
+
+        sum +=
+            weight * even(hash(seed, (int64_t)corner[0] + (n & 1),
+                               (int64_t)corner[1] + (n >> 1 & 1), (int64_t)corner[2] + (n >> 2)));
+    }
+    return share * sum;
+}
+
+/* Bands across the height, each of its own value. */
+static double bands(const struct sim_pattern_place *place, double band_m, uint64_t seed)
+{
+    const double y = place->position_m[1] / band_m;
+    const double n = floor(y);
+    const double t = y - n;
+    const double width = place->footprint_m[1] / band_m + 1e-9;
+    const double here = even(hash(seed, 0, (int64_t)n, 0));
+    const double next = even(hash(seed, 0, (int64_t)n + (t < .5 ? -1 : 1), 0));
+    const double weight = limited(.5 + (t < .5 ? t : 1 - t) / width, 0, 1);
+
+    return kept(place->footprint_m[1], band_m) * (weight * here + (1 - weight) * next);
+}
+
+/* Handwriting: lines of wavy strokes, with gaps between words. 1 on a stroke, 0 beside it. */
+static double strokes(const struct sim_pattern_place *place, double line_m, uint64_t seed)
+{
+    const double line = floor(place->position_m[1] / line_m);
+    const struct sim_pattern_place along = {
+        .position_m = { place->position_m[0], line * 7 * line_m },
+        .largest_m = place->largest_m,
+    };
+    const uint64_t of_line = sim_mix64(seed ^ (uint64_t)(int64_t)line);
+    const double word = noise(&along, 1.5 * line_m, of_line + 1);
+    const double wave = .5 + .3 * noise(&along, .22 * line_m, of_line + 2) +
+                        .12 * noise(&along, .6 * line_m, of_line + 3);
+    const double from_stroke =
+        fabs(place->position_m[1] / line_m - line - wave) * line_m - .07 * line_m;
+    const double ink = limited(.5 - from_stroke / (place->largest_m + .02 * line_m), 0, 1);
+
+    return ink * limited(.5 + 8 * (word + .15), 0, 1) * kept(place->largest_m, .5 * line_m);
+}
+
+/* Black and white squares with a white margin of half a square around whole squares. */
+static double checker(const struct sim_pattern_place *place, double cell_m)
+{
+    double value = 1;
+
+    for (int i = 0; i < 2; i++) {
+        const double n_squares = floor(place->extent_m[i] / cell_m - .999);
+        const double from_first =
+            (place->position_m[i] - place->extent_m[i] / 2) / cell_m + n_squares / 2;
+        const double n = floor(from_first);
+        const double t = from_first - n;
+        const double width = place->footprint_m[i] / cell_m + 1e-9;
+        const double edge = limited(.5 + (t < .5 ? t : 1 - t) / width, 0, 1);
+
+        if (from_first < 0 || from_first > n_squares)
+            return 1;
+        /* Over a border the sign turns. */
+        value *= ((int64_t)n % 2 ? -1 : 1) * (2 * edge - 1);
+    }
+    return -value;
+}
+
+double sim_pattern_value(enum sim_pattern pattern, double cell_m, uint64_t seed,
+                         const struct sim_pattern_place *place)
+{
+    const uint64_t key = sim_mix64(seed);
+    const double grain =
+        .5 * noise(place, cell_m / 3.1, key + 11) + .5 * noise(place, cell_m / 8.3, key + 12);
+
+    switch (pattern) {
+    case SIM_PATTERN_PLAIN:
+        return .3 * noise(place, cell_m, key + 13) + .2 * grain;
+    case SIM_PATTERN_CELLS:
+        return .85 * cells(place, cell_m, key + 1) + .5 * cells(place, cell_m / 2.7, key + 2) +
+               .3 * cells(place, cell_m / 7.1, key + 3) + .25 * grain;
+    case SIM_PATTERN_BLOBS:
+        return .9 * noise(place, cell_m, key + 4) + .55 * noise(place, cell_m / 2.3, key + 5) +
+               .5 * cells(place, cell_m / 6, key + 6) + .3 * grain;
+    case SIM_PATTERN_CARPET:
+        return .45 * noise(place, 4 * cell_m, key + 7) + .6 * cells(place, cell_m, key + 8) +
+               .6 * cells(place, cell_m / 2.9, key + 9) + .3 * grain;
+    case SIM_PATTERN_STRIPES:
+        return .8 * bands(place, cell_m, key + 14) + .4 * cells(place, cell_m / 2.2, key + 15) +
+               .25 * grain - .8 * strokes(place, cell_m, key + 16);
+    case SIM_PATTERN_MARKER:
+        return .15 * noise(place, 6 * cell_m, key + 17) + .1 * grain -
+               strokes(place, cell_m, key + 18);
+    case SIM_PATTERN_CHECKER:
+        return checker(place, cell_m);
+    }
+    return 0;
+}

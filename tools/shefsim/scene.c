@@ -1,0 +1,194 @@
+#include "shefsim/scene.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/file.h"
+#include "core/memory.h"
+#include "shefsim/random.h"
+#include "shefsim/scene_files.h"
+#include "shefsim/scene_internal.h"
+
+#define MAX_FILE_BYTES (1 << 20)
+
+static enum shef_err find_lighting(struct sim_scene *scene, const char *light,
+                                   struct sim_lighting *out_lighting, const struct sim_lamp **lamps,
+                                   struct shef_error *err)
+{
+    const struct sim_description *d = scene->description;
+    const struct sim_ambient *found = NULL;
+    char known[200] = "";
+
+    for (uint32_t i = 0; i < d->n_lights; i++) {
+        const size_t n = strlen(known);
+
+        if (strcmp(d->lights[i].name, light) == 0)
+            found = &d->lights[i];
+        if (n + strlen(d->lights[i].name) + 3 < sizeof known) {
+            strcat(known, n ? ", " : "");
+            strcat(known, d->lights[i].name);
+        }
+    }
+    if (!found)
+        return shef_fail(err, SHEF_ERR_INVALID, "scene '%s' has no light '%s'; it has: %s", d->name,
+                         light, known);
+    *out_lighting = (struct sim_lighting){ .ambient = found->level, .lamps = lamps };
+    for (uint32_t i = 0; i < d->n_lamps; i++)
+        if (strcmp(d->lamps[i].name, light) == 0) {
+            lamps[out_lighting->n_lamps++] = &d->lamps[i];
+            if (d->lamps[i].power > scene->brightest.power)
+                scene->brightest = d->lamps[i];
+        }
+    scene->ambient = found->level;
+    return SHEF_OK;
+}
+
+static enum shef_err make_surfaces(struct sim_scene *scene, const struct sim_lighting *lighting,
+                                   const struct sim_scene_options *options, struct shef_error *err)
+{
+    const struct sim_description *d = scene->description;
+    enum shef_err code = SHEF_OK;
+    int64_t n_texels = 0;
+
+    for (uint32_t i = 0; code == SHEF_OK && i < d->n_objects; i++) {
+        const struct sim_material *material = sim_description_material(d, &d->objects[i]);
+        struct sim_surface *surfaces = scene->surfaces + scene->n_surfaces;
+        const int32_t n = sim_object_surfaces(&d->objects[i], (int32_t)i, material, surfaces);
+
+        for (int32_t k = 0; code == SHEF_OK && k < n; k++) {
+            const uint64_t seed =
+                sim_mix64(sim_mix64(options->seed + 1) + 64 * (uint64_t)i + (uint64_t)k);
+
+            code =
+                sim_texture_bake(&surfaces[k], material, d, lighting, seed, options->workers, err);
+            scene->n_surfaces++;
+            n_texels += (int64_t)surfaces[k].texture.width * surfaces[k].texture.height;
+            if (code == SHEF_OK && n_texels > SIM_TEXTURE_TOTAL_TEXELS)
+                code = shef_fail(err, SHEF_ERR_NO_MEMORY,
+                                 "scene '%s' needs textures of more than %d pixels; make object "
+                                 "'%s' smaller or move it away",
+                                 d->name, SIM_TEXTURE_TOTAL_TEXELS, d->objects[i].name);
+        }
+    }
+    return code;
+}
+
+static enum shef_err make(struct sim_scene **out_scene, const char *label, const uint8_t *text,
+                          size_t n_bytes, const struct sim_scene_options *options,
+                          struct shef_error *err)
+{
+    struct sim_scene *scene = calloc(1, sizeof *scene);
+    const struct sim_lamp **lamps = NULL;
+    struct sim_lighting lighting = { 0 };
+    enum shef_err code;
+
+    if (!scene)
+        return shef_fail(err, SHEF_ERR_NO_MEMORY, "scene '%s': out of memory", label);
+    code = sim_description_parse(&scene->description, label, text, n_bytes, err);
+    if (code == SHEF_OK) {
+        const struct sim_description *d = scene->description;
+
+        lamps = calloc(d->n_lamps + 1, sizeof *lamps);
+        scene->surfaces =
+            calloc((size_t)d->n_objects * SIM_SURFACES_PER_OBJECT + 1, sizeof *scene->surfaces);
+        if (!lamps || !scene->surfaces)
+            code = shef_fail(err, SHEF_ERR_NO_MEMORY, "scene '%s': out of memory", label);
+    }
+    if (code == SHEF_OK)
+        code = find_lighting(scene, options->light, &lighting, lamps, err);
+    if (code == SHEF_OK)
+        code = make_surfaces(scene, &lighting, options, err);
+    free(lamps);
+    if (code != SHEF_OK) {
+        sim_scene_destroy(scene);
+        return code;
+    }
+    *out_scene = scene;
+    return SHEF_OK;
+}
+
+const char *const *sim_scene_names(void)
+{
+    return sim_scene_file_names;
+}
+
+enum shef_err sim_scene_builtin(struct sim_scene **out_scene, const char *name,
+                                const struct sim_scene_options *options, struct shef_error *err)
+{
+    for (int i = 0; sim_scene_file_names[i]; i++)
+        if (strcmp(sim_scene_file_names[i], name) == 0)
+            return make(out_scene, name, (const uint8_t *)sim_scene_file_texts[i],
+                        strlen(sim_scene_file_texts[i]), options, err);
+    return shef_fail(err, SHEF_ERR_NOT_FOUND, "there is no built-in scene '%s'", name);
+}
+
+enum shef_err sim_scene_read(struct sim_scene **out_scene, const char *path,
+                             const struct sim_scene_options *options, struct shef_error *err)
+{
+    uint8_t *text;
+    size_t n_bytes;
+    enum shef_err code = shef_file_read(path, MAX_FILE_BYTES, &text, &n_bytes, err);
+
+    if (code != SHEF_OK)
+        return shef_fail_context(err, "scene file");
+    code = make(out_scene, path, text, n_bytes, options, err);
+    free(text);
+    return code;
+}
+
+enum shef_err sim_scene_open(struct sim_scene **out_scene, const char *name_or_path,
+                             const struct sim_scene_options *options, struct shef_error *err)
+{
+    enum shef_err code = sim_scene_builtin(out_scene, name_or_path, options, err);
+    char names[200] = "";
+
+    if (code != SHEF_ERR_NOT_FOUND)
+        return code;
+    code = sim_scene_read(out_scene, name_or_path, options, err);
+    if (code != SHEF_ERR_NOT_FOUND)
+        return code;
+    for (int i = 0; sim_scene_file_names[i]; i++) {
+        strcat(names, i ? ", " : "");
+        strcat(names, sim_scene_file_names[i]);
+    }
+    return shef_fail(err, SHEF_ERR_NOT_FOUND,
+                     "'%s' is neither a scene file that exists nor one of the built-in scenes %s",
+                     name_or_path, names);
+}
+
+void sim_scene_destroy(struct sim_scene *scene)
+{
+    if (!scene)
+        return;
+    for (int32_t i = 0; i < scene->n_surfaces; i++)
+        sim_texture_destroy(&scene->surfaces[i].texture);
+    free(scene->surfaces);
+    sim_description_free(scene->description);
+    free(scene);
+}
+
+const char *sim_scene_name(const struct sim_scene *scene)
+{
+    return scene->description->name;
+}
+
+int32_t sim_scene_n_objects(const struct sim_scene *scene)
+{
+    return (int32_t)scene->description->n_objects;
+}
+
+const char *sim_scene_object_name(const struct sim_scene *scene, int32_t object)
+{
+    return scene->description->objects[object].name;
+}
+
+void sim_scene_object_tint(const struct sim_scene *scene, int32_t object, float out_rgb[3])
+{
+    const struct sim_material *material =
+        sim_description_material(scene->description, &scene->description->objects[object]);
+    const double sum = material->colour[0] + material->colour[1] + material->colour[2];
+
+    for (int i = 0; i < 3; i++)
+        out_rgb[i] = (float)(3 * material->colour[i] / sum);
+}
