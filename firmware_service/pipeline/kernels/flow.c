@@ -1,0 +1,24 @@
+#include "pipeline/kernels/flow.h"
+
+#include <stddef.h>
+
+#include "core/cpu.h"
+
+const struct shef_flow_kernels *shef_flow_pick(uint32_t cpu_features)
+{
+    static const struct shef_flow_kernels *const tables[] = {
+    /* Best first, the last needs nothing. */
+#if defined(__x86_64__)
+        &shef_flow_kernels_avx512,
+        &shef_flow_kernels_avx2,
+#elif defined(__aarch64__)
+        &shef_flow_kernels_neon,
+#endif
+        &shef_flow_kernels_c,
+    };
+    size_t i = 0;
+
+    while ((tables[i]->cpu_features & cpu_features) != tables[i]->cpu_features)
+        i++;
+    return tables[i];
+}
