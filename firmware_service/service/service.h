@@ -32,7 +32,7 @@ SHEF_MUST_CHECK enum shef_err shef_service_create(const struct shef_config *conf
 SHEF_MUST_CHECK enum shef_err shef_service_start(struct shef_service *service,
                                                  struct shef_error *err);
 
-/* Ends the work in hand and joins every thread. Not running is allowed. */
+/* Ends the work in hand and joins every thread. Not running, and NULL, are allowed. */
 void shef_service_stop(struct shef_service *service);
 
 /* Frees a stopped service. NULL is allowed. */

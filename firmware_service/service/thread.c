@@ -52,34 +52,43 @@ static void *thread_main(void *argument)
     return NULL;
 }
 
-static enum shef_err set_processor(pthread_attr_t *attributes, int32_t cpu)
+/* Where the process may run; kept by adopt() before it pins the thread that starts the others,
+ * because they would inherit its place. */
+static cpu_set_t all_processors;
+static bool knows_all_processors;
+
+static int set_processor(pthread_attr_t *attributes, int32_t cpu)
 {
     cpu_set_t set;
 
     if (cpu < 0)
-        return SHEF_OK;
+        return knows_all_processors
+                   ? pthread_attr_setaffinity_np(attributes, sizeof all_processors, &all_processors)
+                   : 0;
     CPU_ZERO(&set);
     CPU_SET(cpu, &set);
-    return pthread_attr_setaffinity_np(attributes, sizeof set, &set) == 0 ? SHEF_OK
-                                                                          : SHEF_ERR_NO_MEMORY;
+    return pthread_attr_setaffinity_np(attributes, sizeof set, &set);
 }
 
 static int create(struct shef_thread *thread, struct start *start, bool real_time)
 {
-    const struct sched_param priority = { .sched_priority = thread->params.priority };
+    const struct sched_param priority = { .sched_priority =
+                                              real_time ? thread->params.priority : 0 };
     pthread_attr_t attributes;
     int failure = pthread_attr_init(&attributes);
 
     if (failure != 0)
         return failure;
     failure = pthread_attr_setstacksize(&attributes, thread->params.stack_bytes);
-    if (failure == 0 && set_processor(&attributes, thread->params.cpu) != SHEF_OK)
-        failure = ENOMEM;
-    if (failure == 0 && real_time) {
-        pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
-        pthread_attr_setschedpolicy(&attributes, SCHED_FIFO);
+    if (failure == 0)
+        failure = set_processor(&attributes, thread->params.cpu);
+    /* Explicit also for normal threads: their starter may have real time. */
+    if (failure == 0)
+        failure = pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
+    if (failure == 0)
+        failure = pthread_attr_setschedpolicy(&attributes, real_time ? SCHED_FIFO : SCHED_OTHER);
+    if (failure == 0)
         failure = pthread_attr_setschedparam(&attributes, &priority);
-    }
     if (failure == 0)
         failure = pthread_create(&thread->handle, &attributes, thread_main, start);
     pthread_attr_destroy(&attributes);
@@ -151,6 +160,8 @@ enum shef_err shef_thread_adopt(const struct shef_thread_params *params, bool *o
     assert(strlen(params->name) <= 15);
     pthread_setname_np(pthread_self(), params->name);
     if (params->cpu >= 0) {
+        knows_all_processors =
+            pthread_getaffinity_np(pthread_self(), sizeof all_processors, &all_processors) == 0;
         CPU_ZERO(&set);
         CPU_SET(params->cpu, &set);
 

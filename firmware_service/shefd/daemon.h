@@ -1,0 +1,15 @@
+/* The running daemon: service, control socket, signals and watchdog on one loop.
+ * Thread: main, which is the control thread. */
+#ifndef SHEF_SHEFD_DAEMON_H
+#define SHEF_SHEFD_DAEMON_H
+
+#include "core/error.h"
+#include "shefd/options.h"
+
+/* Starts everything, tells systemd, and returns when SIGTERM or SIGINT came, or when the source
+ * ended and the options say so; by then all is stopped and released again.
+ * Errors: whatever kept it from starting, or ended the source. */
+SHEF_MUST_CHECK enum shef_err shef_daemon_run(const struct shef_shefd_options *options,
+                                              struct shef_error *err);
+
+#endif

@@ -1,0 +1,175 @@
+#include "shefd/options.h"
+
+#include <getopt.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum {
+    OPTION_CHECK = 256,
+    OPTION_SETTINGS,
+    OPTION_WRITE,
+    OPTION_PLAY,
+    OPTION_ONCE,
+    OPTION_VERSION
+};
+
+static const struct option long_options[] = {
+    { "config", required_argument, NULL, 'c' },
+    { "set", required_argument, NULL, 's' },
+    { "play", required_argument, NULL, OPTION_PLAY },
+    { "once", no_argument, NULL, OPTION_ONCE },
+    { "check-config", no_argument, NULL, OPTION_CHECK },
+    { "settings", no_argument, NULL, OPTION_SETTINGS },
+    { "print-config", no_argument, NULL, OPTION_WRITE },
+    { "version", no_argument, NULL, OPTION_VERSION },
+    { "help", no_argument, NULL, 'h' },
+    { NULL, 0, NULL, 0 },
+};
+
+void shef_shefd_options_help(FILE *out)
+{
+    fprintf(out,
+            "Usage: shefd [OPTIONS]\n\n"
+            "The SHEF service: events and frames in, disparity and depth out on LCM. It stays in\n"
+            "the foreground; systemd runs it as shefd.service, shefctl talks to it.\n\n"
+            "  -c, --config FILE      settings; otherwise %s,\n"
+            "                         and all defaults where that is not there\n"
+            "  -s, --set KEY=VALUE    one setting instead of the file's, e.g. depth.mode=graded\n"
+            "      --play RECORDING   the same as --set source.recording=RECORDING\n"
+            "      --once             leave when the recording is over\n"
+            "      --check-config     read the settings, say whether they are right, leave\n"
+            "      --settings         list every setting with value, range, unit, default\n"
+            "      --print-config     write a settings file with everything in it\n"
+            "      --version          print the version\n"
+            "  -h, --help             print this help\n\n"
+            "SIGTERM and SIGINT end it, SIGHUP reads the settings again. Exit status: 0 ended as\n"
+            "asked, 1 failed (one sentence on standard error says why), 2 the command line is "
+            "wrong.\n",
+            SHEF_CONFIG_DEFAULT_PATH);
+}
+
+static enum shef_err add_override(struct shef_shefd_options *options, const char *text,
+                                  struct shef_error *err)
+{
+    if (options->n_overrides == SHEF_SHEFD_MAX_OVERRIDES)
+        return shef_fail(err, SHEF_ERR_INVALID, "--set: at most %d times; write a file instead",
+                         SHEF_SHEFD_MAX_OVERRIDES);
+    if (!strchr(text, '='))
+        return shef_fail(err, SHEF_ERR_INVALID, "--set %s: needs KEY=VALUE; see --settings", text);
+    options->overrides[options->n_overrides++] = text;
+    return SHEF_OK;
+}
+
+static enum shef_err take(struct shef_shefd_options *options, int found, char **argv,
+                          struct shef_error *err)
+{
+    switch (found) {
+    case 'c':
+        options->config_path = optarg;
+        return SHEF_OK;
+    case 's':
+        return add_override(options, optarg, err);
+    case OPTION_PLAY:
+        options->recording = optarg;
+        return SHEF_OK;
+    case OPTION_ONCE:
+        options->ends_with_source = true;
+        return SHEF_OK;
+    case OPTION_CHECK:
+        options->action = SHEF_SHEFD_CHECK_CONFIG;
+        return SHEF_OK;
+    case OPTION_SETTINGS:
+        options->action = SHEF_SHEFD_LIST_SETTINGS;
+        return SHEF_OK;
+    case OPTION_WRITE:
+        options->action = SHEF_SHEFD_WRITE_CONFIG;
+        return SHEF_OK;
+    case OPTION_VERSION:
+        options->action = SHEF_SHEFD_VERSION;
+        return SHEF_OK;
+    case 'h':
+        options->action = SHEF_SHEFD_HELP;
+        return SHEF_OK;
+    case ':':
+        return shef_fail(err, SHEF_ERR_INVALID, "%s needs a value; see --help", argv[optind - 1]);
+    default:
+        return shef_fail(err, SHEF_ERR_INVALID, "%s is no option of shefd; see --help",
+                         argv[optind - 1]);
+    }
+}
+
+enum shef_err shef_shefd_options_parse(int argc, char **argv,
+                                       struct shef_shefd_options *out_options,
+                                       struct shef_error *err)
+{
+    struct shef_shefd_options options = { .action = SHEF_SHEFD_RUN };
+    enum shef_err code = SHEF_OK;
+    int found;
+
+    opterr = 0;
+    optind = 0; /* glibc: forget an earlier scan */
+    while (code == SHEF_OK && options.action != SHEF_SHEFD_HELP &&
+           (found = getopt_long(argc, argv, "+:c:s:h", long_options, NULL)) != -1)
+        code = take(&options, found, argv, err);
+    if (code == SHEF_OK && options.action != SHEF_SHEFD_HELP && optind < argc)
+        code =
+            shef_fail(err, SHEF_ERR_INVALID, "'%s' belongs to no option; see --help", argv[optind]);
+    if (code == SHEF_OK)
+        *out_options = options;
+    return code;
+}
+
+static enum shef_err apply_override(const char *text, struct shef_config *config,
+                                    struct shef_error *err)
+{
+    char key[96];
+    const char *value = strchr(text, '=') + 1;
+    const struct shef_config_row *row;
+
+    snprintf(key, sizeof key, "%.*s", (int)(value - 1 - text), text);
+    row = shef_config_find(key);
+    if (!row)
+        return shef_fail(err, SHEF_ERR_INVALID,
+                         "--set %s: there is no setting '%s'; --settings lists them all", text,
+                         key);
+    if (shef_config_set(config, row, value, err) != SHEF_OK)
+        return shef_fail_context(err, "--set");
+    return SHEF_OK;
+}
+
+/* The service's own folder may change, the user's words were about his. */
+static enum shef_err set_recording(const char *path, struct shef_config *config,
+                                   struct shef_error *err)
+{
+    const struct shef_config_row *row = shef_config_find("source.recording");
+    char *full = realpath(path, NULL);
+    enum shef_err code;
+
+    /* A path that leads nowhere is left for the service to complain about. */
+    code = shef_config_set(config, row, full ? full : path, err);
+    free(full);
+    return code == SHEF_OK ? code : shef_fail_context(err, "--play");
+}
+
+enum shef_err shef_shefd_config_load(const struct shef_shefd_options *options,
+                                     struct shef_config *out_config, struct shef_error *err)
+{
+    struct shef_config config;
+    enum shef_err code = SHEF_OK;
+
+    shef_config_defaults(&config);
+    if (options->config_path)
+        code = shef_config_read(options->config_path, &config, err);
+    else if (access(SHEF_CONFIG_DEFAULT_PATH, F_OK) == 0)
+        code = shef_config_read(SHEF_CONFIG_DEFAULT_PATH, &config, err);
+    for (int i = 0; i < options->n_overrides && code == SHEF_OK; i++)
+        code = apply_override(options->overrides[i], &config, err);
+    if (code == SHEF_OK && options->recording)
+        code = set_recording(options->recording, &config, err);
+    if (code == SHEF_OK)
+        code = shef_config_check(&config, err);
+    if (code == SHEF_OK)
+        *out_config = config;
+    return code;
+}
