@@ -1,6 +1,5 @@
 /* What shapes are made of. */
 #include <math.h>
-#include <string.h>
 
 #include "shefsim/numbers.h"
 #include "shefsim/scene_internal.h"
@@ -162,4 +161,22 @@ int32_t sim_object_surfaces(const struct sim_object *object, int32_t number,
             out_surfaces[n_kept++] = all[i];
     }
     return n_kept;
+}
+
+double sim_object_clearance_m(const struct sim_object *object, const double point_m[3])
+{
+    const struct frame frame = frame_of(object);
+    double squared = 0;
+
+    for (int k = 0; k < 3; k++) {
+        double along = 0;
+        double outside;
+
+        for (int i = 0; i < 3; i++)
+            along += frame.axis[k][i] * (point_m[i] - frame.middle[i]);
+        outside = fabs(along) - object->size_m[k] / 2;
+        if (outside > 0)
+            squared += outside * outside;
+    }
+    return sqrt(squared);
 }

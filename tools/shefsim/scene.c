@@ -192,3 +192,21 @@ void sim_scene_object_tint(const struct sim_scene *scene, int32_t object, float 
     for (int i = 0; i < 3; i++)
         out_rgb[i] = (float)(3 * material->colour[i] / sum);
 }
+
+double sim_scene_clearance_m(const struct sim_scene *scene, const double point_m[3],
+                             int32_t *out_object)
+{
+    const struct sim_description *d = scene->description;
+    double least_m = 1e9;
+
+    for (uint32_t i = 0; i < d->n_objects; i++) {
+        const double here_m = sim_object_clearance_m(&d->objects[i], point_m);
+
+        if (here_m < least_m) {
+            least_m = here_m;
+            if (out_object)
+                *out_object = (int32_t)i;
+        }
+    }
+    return least_m;
+}

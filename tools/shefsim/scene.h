@@ -60,8 +60,8 @@ const char *sim_scene_object_name(const struct sim_scene *scene, int32_t object)
  * them for the red, green and blue pixels of a colour camera. */
 void sim_scene_object_tint(const struct sim_scene *scene, int32_t object, float out_rgb[3]);
 
-/* How far a point is from the nearest surface in metres, to within 1 mm; 0 inside of an object.
- *   out_object  the object of that surface; may be NULL */
+/* How far a point is from the nearest object, or rather from the box around it; 0 inside.
+ *   out_object  that object; may be NULL */
 double sim_scene_clearance_m(const struct sim_scene *scene, const double point_m[3],
                              int32_t *out_object);
 

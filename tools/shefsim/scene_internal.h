@@ -24,4 +24,7 @@ struct sim_scene {
 int32_t sim_object_surfaces(const struct sim_object *object, int32_t number,
                             const struct sim_material *material, struct sim_surface *out_surfaces);
 
+/* How far a point is from the box around an object; 0 inside. */
+double sim_object_clearance_m(const struct sim_object *object, const double point_m[3]);
+
 #endif
