@@ -87,7 +87,7 @@ json_t *shef_control_string(const char *text)
 /* Takes root over. */
 static char *write_line(json_t *root)
 {
-    char *text = root ? json_dumps(root, JSON_COMPACT) : NULL;
+    char *text = root ? json_dumps(root, JSON_COMPACT | JSON_REAL_PRECISION(10)) : NULL;
     const size_t n = text ? strlen(text) : 0;
     char *line = text ? realloc(text, n + 2) : NULL;
 

@@ -1,0 +1,155 @@
+/* shefctl: asks a running shefd and shows what it says. It knows the commands' names, their words
+ * and nothing of what the answers mean. */
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "core/base64.h"
+#include "core/file.h"
+#include "shefctl/connection.h"
+#include "shefctl/options.h"
+#include "shefctl/show.h"
+
+static volatile sig_atomic_t interrupted;
+
+static void on_interrupt(int number)
+{
+    (void)number;
+    interrupted = 1;
+}
+
+static void print_answer(const struct shef_ctl_options *options, json_t *answer)
+{
+    if (options->json) {
+        json_dumpf(answer, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(10));
+        fputc('\n', stdout);
+    } else if (json_object_size(answer) > 0) {
+        shef_show(answer, options->command->columns, stdout);
+    } else {
+        printf("done\n");
+    }
+}
+
+/* The picture goes to the file, the rest of the answer to the screen. */
+static enum shef_ctl_status save_picture(const struct shef_ctl_options *options, json_t *answer,
+                                         struct shef_error *err)
+{
+    const char *text = json_string_value(json_object_get(answer, "png_base64"));
+    size_t n_bytes = 0;
+    uint8_t *bytes = text ? shef_base64_decode(text, &n_bytes) : NULL;
+    enum shef_err code;
+
+    if (!bytes) {
+        (void)shef_fail(err, SHEF_ERR_FORMAT, "shefd's answer holds no picture");
+        return SHEF_CTL_FAILED;
+    }
+    code = shef_file_replace(options->word, bytes, n_bytes, err);
+    free(bytes);
+    json_object_del(answer, "png_base64");
+    return code == SHEF_OK ? SHEF_CTL_OK : SHEF_CTL_FAILED;
+}
+
+static enum shef_ctl_status ask_once(const struct shef_ctl_options *options, json_t *arguments,
+                                     struct shef_error *err)
+{
+    json_t *answer;
+    enum shef_ctl_status status =
+        shef_ctl_ask(options->socket, options->command->name, arguments, &answer, err);
+
+    if (status != SHEF_CTL_OK)
+        return status;
+    if (strcmp(options->command->name, "snapshot") == 0)
+        status = save_picture(options, answer, err);
+    if (status == SHEF_CTL_OK)
+        print_answer(options, answer);
+    json_decref(answer);
+    return status;
+}
+
+/* A time of day for the first line of each look. */
+static void print_head(const struct shef_ctl_options *options, long n_looks)
+{
+    const time_t now = time(NULL);
+    struct tm local;
+    char text[32];
+
+    if (options->json)
+        return;
+    localtime_r(&now, &local);
+    strftime(text, sizeof text, "%H:%M:%S", &local);
+    if (isatty(STDOUT_FILENO))
+        fputs("\033[H\033[2J", stdout); /* home, clear */
+    else if (n_looks > 0)
+        fputc('\n', stdout);
+    printf("shefctl top, %s, every %g s%s\n\n", text, options->interval_s,
+           isatty(STDOUT_FILENO) ? "; Ctrl-C ends it" : "");
+}
+
+static enum shef_ctl_status look_again_and_again(const struct shef_ctl_options *options,
+                                                 struct shef_error *err)
+{
+    const struct sigaction action = { .sa_handler = on_interrupt };
+    struct timespec pause;
+
+    sigaction(SIGINT, &action, NULL);
+    pause.tv_sec = (time_t)options->interval_s;
+    pause.tv_nsec = (long)((options->interval_s - floor(options->interval_s)) * 1e9);
+    for (long n_looks = 0; !interrupted; n_looks++) {
+        json_t *answer;
+        enum shef_ctl_status status;
+
+        if (options->count > 0 && n_looks == options->count)
+            break;
+        if (n_looks > 0 && nanosleep(&pause, NULL) != 0)
+            break;
+        status = shef_ctl_ask(options->socket, options->command->name, NULL, &answer, err);
+        if (status != SHEF_CTL_OK)
+            return interrupted ? SHEF_CTL_OK : status;
+        print_head(options, n_looks);
+        print_answer(options, answer);
+        fflush(stdout);
+        json_decref(answer);
+    }
+    return SHEF_CTL_OK;
+}
+
+static enum shef_ctl_status run(const struct shef_ctl_options *options, struct shef_error *err)
+{
+    json_t *arguments;
+    enum shef_ctl_status status;
+
+    if (strcmp(options->command->name, "top") == 0)
+        return look_again_and_again(options, err);
+    if (shef_ctl_arguments(options, &arguments, err) != SHEF_OK)
+        return SHEF_CTL_FAILED;
+    status = ask_once(options, arguments, err);
+    json_decref(arguments);
+    return status;
+}
+
+int main(int argc, char **argv)
+{
+    struct shef_ctl_options options;
+    struct shef_error err = { 0 };
+    enum shef_ctl_status status = SHEF_CTL_OK;
+
+    if (shef_ctl_options_parse(argc, argv, &options, &err) != SHEF_OK)
+        status = SHEF_CTL_USAGE;
+    else if (options.help)
+        shef_ctl_options_help(stdout);
+    else if (options.version)
+        printf("shefctl %s\n", SHEF_VERSION);
+    else
+        status = run(&options, &err);
+    if (status == SHEF_CTL_OK && (fflush(stdout) != 0 || ferror(stdout))) {
+        (void)shef_fail(&err, SHEF_ERR_IO, "the answer cannot be written to standard output");
+        status = SHEF_CTL_FAILED;
+    }
+    if (status != SHEF_CTL_OK)
+        fprintf(stderr, "shefctl: %s\n", err.text);
+    return (int)status;
+}
