@@ -1,5 +1,6 @@
 #include "shefsim/commands.h"
 
 const struct shef_command *const sim_commands[SIM_N_COMMANDS] = {
+    &sim_command_render,
     &sim_command_events,
 };

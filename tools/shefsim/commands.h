@@ -4,9 +4,10 @@
 
 #include "sheftool/command.h"
 
-#define SIM_N_COMMANDS 1
+#define SIM_N_COMMANDS 2
 extern const struct shef_command *const sim_commands[SIM_N_COMMANDS];
 
+extern const struct shef_command sim_command_render;
 extern const struct shef_command sim_command_events;
 
 #endif
