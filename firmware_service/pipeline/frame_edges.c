@@ -252,7 +252,7 @@ static double count_far(const struct shef_frame_edges *edges, int32_t threshold)
 }
 
 /* The highest threshold that leaves at least a share 1 - quantile of the kept values above or at
- * it, or the floor. Looked for around the last one first. */
+ * it, or the floor. */
 static int32_t find_threshold(const struct shef_frame_edges *edges, double quantile, int32_t floor)
 {
     const double n_wanted = (1.0 - quantile) * (double)edges->n_kept;
