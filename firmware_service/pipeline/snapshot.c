@@ -50,6 +50,9 @@ static enum shef_err check_params(const struct shef_snapshot_params *p, struct s
         return shef_fail(err, SHEF_ERR_INVALID,
                          "snapshots with %d steps after mid-exposure: there can be 1 to %d",
                          p->n_steps, SHEF_SNAPSHOT_MAX_STEPS - 1);
+    if (llabs(p->delay_ns) > 100 * SHEF_NS_PER_MS)
+        return shef_fail(err, SHEF_ERR_INVALID, "snapshots: a delay of %lld ns is more than 100 ms",
+                         (long long)p->delay_ns);
     if (p->exposure_ns < 0 || p->exposure_ns > SHEF_NS_PER_S || p->exposure_err_ns < 0 ||
         p->exposure_err_ns > SHEF_NS_PER_S)
         return shef_fail(err, SHEF_ERR_INVALID,
@@ -329,10 +332,13 @@ uint32_t shef_snapshots_feed(struct shef_snapshots *snapshots, const struct shef
         apply(snapshots, batch, n_applied, trigger->n_before);
         n_applied = trigger->n_before;
         snapshots->stats.n_triggers++;
+        const shef_event_time at =
+            shef_event_time_add(time_of(trigger->t_us), snapshots->params.delay_ns);
+
         if (trigger->rising != snapshots->params.is_inverted)
-            shef_snapshot_schedule_rise(&snapshots->schedule, time_of(trigger->t_us));
+            shef_snapshot_schedule_rise(&snapshots->schedule, at);
         else
-            shef_snapshot_schedule_fall(&snapshots->schedule, time_of(trigger->t_us),
+            shef_snapshot_schedule_fall(&snapshots->schedule, at,
                                         shef_filter_newest(snapshots->filter));
     }
     apply(snapshots, batch, n_applied, batch->n_events);

@@ -50,11 +50,13 @@ struct shef_snapshot_params {
     bool is_inverted;        /* the signal is low during the exposure */
     int64_t exposure_ns;     /* assumed until seen, 0..1 s */
     int64_t exposure_err_ns; /* how wrong that may be, 0..1 s */
+    int64_t delay_ns;        /* an exposure, as the events show it, is this much later than the
+                              * trigger input says: delays of both cameras, +-100 ms */
     int32_t max_predicted;   /* lost triggers in a row that are made up for, 0..1000 */
 };
 
-/* CENTRED with 4 steps, 8 snapshots, channel 0, 5 ms of exposure give or take 5, 4 lost triggers.
- */
+/* CENTRED with 4 steps, 8 snapshots, channel 0, 5 ms of exposure give or take 5, no delay, 4 lost
+ * triggers. */
 struct shef_snapshot_params shef_snapshot_default_params(void);
 
 struct shef_snapshots;

@@ -38,6 +38,7 @@ static enum shef_err create_job(struct job *job, struct shef_error *err)
     filter.cutoff_rad_s = params->cutoff_rad_s;
     snapshots.read = params->read;
     snapshots.channel = params->channel;
+    snapshots.delay_ns = params->delay_ns;
     snapshots.exposure_ns = params->exposure_us * SHEF_NS_PER_US;
     if (params->rate_hz > 0) {
         /* Instants are exact: nothing to guess. */

@@ -16,6 +16,7 @@ struct shef_moments_params {
     double rate_hz;      /* 0: at the rising edges of the channel */
     int32_t channel;     /* of the triggers */
     int64_t exposure_us; /* of the frames, where no falling edge tells; at triggers only */
+    int64_t delay_ns;    /* of exposures after their triggers, as the events show them */
     double from_s;       /* the stretch of time to look at, since the first event */
     double to_s;         /* not more than 1e9 */
     double cutoff_rad_s;
