@@ -65,6 +65,13 @@ void shef_robust_set_bias(struct shef_robust *matcher, const struct shef_smooth_
         matcher->bias = *bias;
 }
 
+void shef_robust_set_max_disparity(struct shef_robust *matcher, int32_t max_disparity_px)
+{
+    assert(max_disparity_px >= 16 && max_disparity_px <= matcher->params.max_disparity_px);
+    /* Rows are laid out for the largest range; fewer lanes leave their ends unused. */
+    robust_shape_set_levels(&matcher->shape, max_disparity_px / matcher->params.step_px);
+}
+
 void shef_robust_reset(struct shef_robust *matcher)
 {
     matcher->has_past = false;

@@ -114,6 +114,10 @@ void shef_robust_align_fixed(struct shef_robust *matcher, const struct shef_smoo
  * none. */
 void shef_robust_set_bias(struct shef_robust *matcher, const struct shef_smooth_field *bias);
 
+/* Searches only 1 step .. max_disparity_px, from the next pair on: less work when time is short.
+ *   max_disparity_px  16 .. the parameters' own; rounded down to whole steps */
+void shef_robust_set_max_disparity(struct shef_robust *matcher, int32_t max_disparity_px);
+
 /* Matches one pair, or two pairs of the same views whose scores are averaged.
  *   pairs    n_pairs (1 or 2) pairs of the matcher's size and kind
  *   number   the pair's place in its sequence; the past is used only from number - 1

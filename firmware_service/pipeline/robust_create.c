@@ -62,6 +62,13 @@ static struct shef_match_scale scale_of(const struct robust_shape *shape, bool i
     return scale;
 }
 
+void robust_shape_set_levels(struct robust_shape *shape, int32_t n_levels)
+{
+    shape->n_levels = n_levels;
+    /* At least one lane without a level ends each cell's levels. */
+    shape->n_lanes = (n_levels / SHEF_MATCH_LANE_MULTIPLE + 1) * SHEF_MATCH_LANE_MULTIPLE;
+}
+
 void robust_shape_init(struct robust_shape *shape, const struct shef_robust_params *params)
 {
     const bool is_signed = params->kind != SHEF_EDGE_UNSIGNED;
@@ -72,13 +79,11 @@ void robust_shape_init(struct robust_shape *shape, const struct shef_robust_para
         .grid_height = (params->height_px + 1) / 2,
         .half_width = params->window_width_cells / 2,
         .half_height = params->window_height_cells / 2,
-        .n_levels = params->max_disparity_px / params->step_px,
         .pairs_per_cell = 2 / params->step_px,
         .window_px = 4 * window_cells,
         .amplitude = 1,
     };
-    /* At least one lane without a level ends each cell's levels. */
-    shape->n_lanes = (shape->n_levels / SHEF_MATCH_LANE_MULTIPLE + 1) * SHEF_MATCH_LANE_MULTIPLE;
+    robust_shape_set_levels(shape, params->max_disparity_px / params->step_px);
     shape->left_length = shape->grid_width + shape->half_width;
     shape->right_front = shape->left_length * shape->pairs_per_cell;
     shape->right_length =

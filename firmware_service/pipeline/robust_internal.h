@@ -143,6 +143,9 @@ struct shef_robust {
 /* Fills shape and the table scales from checked parameters. */
 void robust_shape_init(struct robust_shape *shape, const struct shef_robust_params *params);
 
+/* Sets how many levels are searched, and the lanes that takes. */
+void robust_shape_set_levels(struct robust_shape *shape, int32_t n_levels);
+
 /* Each stage is a task function over chunks 0..n_chunks-1 (aggregate: strips). */
 void robust_bytes_task(void *matcher, int32_t chunk, int32_t worker);
 void robust_pairs_task(void *matcher, int32_t chunk, int32_t worker);
