@@ -1,0 +1,137 @@
+/* Where the camera moves to and how far: told by the robot, or found in the pictures. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "pipeline/depth_chain_internal.h"
+
+/* Where nobody tells the speed: a step of brightness that makes an event, ln units, and a depth
+ * that stands for the scene. Both only serve to choose among a few frames. */
+#define TYPICAL_THRESHOLD 0.25
+#define TYPICAL_DEPTH_M   2.5
+
+#define SAMPLE_STEP_PX 4
+
+static void set_direction(struct shef_depth_chain *chain, const double v[3], double length)
+{
+    for (int i = 0; i < 3; i++)
+        chain->direction[i] = v[i] / length;
+    shef_warp_shift_set(&chain->shift, chain->direction, chain->params.lag_px);
+    chain->lag = &chain->shift;
+}
+
+static void keep_earlier(struct shef_depth_chain *chain, const struct depth_past *earlier,
+                         struct shef_depth_report *report)
+{
+    chain->earlier = earlier;
+    if (!earlier) {
+        report->flags |= SHEF_DEPTH_NO_PAST;
+        return;
+    }
+    report->span_ns = shef_event_time_since(chain->now->mid, earlier->mid);
+    report->span_frames = (int32_t)(chain->now->number - earlier->number);
+}
+
+/* What a camera that moves one pixel sideways should see in events, whatever its direction is: the
+ * sum of the brightness changes over the picture, in thresholds. */
+static double events_per_px(const struct shef_depth_chain *chain)
+{
+    const struct shef_image_u8 picture = chain->now->picture;
+    double sum = 0;
+
+    for (int32_t y = 1; y + 1 < picture.height_px; y += SAMPLE_STEP_PX) {
+        const uint8_t *above = shef_row_u8(picture, y - 1);
+        const uint8_t *row = shef_row_u8(picture, y);
+        const uint8_t *below = shef_row_u8(picture, y + 1);
+
+        for (int32_t x = 1; x + 1 < picture.width_px; x += SAMPLE_STEP_PX) {
+            const int32_t change = abs(row[x + 1] - row[x - 1]) + abs(below[x] - above[x]);
+
+            sum += (double)change / (row[x] + 6);
+        }
+    }
+    /* Half of the mean over both axes, central differences over two pixels. */
+    return sum * SAMPLE_STEP_PX * SAMPLE_STEP_PX / 4 / TYPICAL_THRESHOLD;
+}
+
+/* The robot says how the camera moves. */
+static void use_velocity(struct shef_depth_chain *chain, struct shef_depth_report *report)
+{
+    const double *v = chain->input->velocity_m_s;
+    const double speed = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+
+    if (speed < chain->params.least_speed_m_s) {
+        report->flags |= SHEF_DEPTH_NO_MOTION;
+        keep_earlier(chain, depth_history_find(&chain->history, INT64_MAX / 2), report);
+        return;
+    }
+    set_direction(chain, v, speed);
+    keep_earlier(
+        chain, depth_history_find(&chain->history, (int64_t)(chain->params.travel_m / speed * 1e9)),
+        report);
+}
+
+/* Nobody says it. */
+static void search(struct shef_depth_chain *chain, struct shef_depth_report *report)
+{
+    const double travel_px = chain->params.travel_m * chain->geometry.f_px / TYPICAL_DEPTH_M;
+    struct shef_flow flow;
+
+    shef_frame_rectify_run(chain->rectify, chain->input->frame, chain->now->picture);
+    chain->is_rectified = true;
+    keep_earlier(
+        chain,
+        depth_history_find_events(&chain->history, (uint64_t)(travel_px * events_per_px(chain))),
+        report);
+    shef_event_edges_of_values(chain->event_edges[SHEF_EDGE_GRADED], chain->input->snapshot->values,
+                               NULL, &chain->graded_right[0]);
+    shef_flow_search_run(chain->search, chain->now->picture, &chain->graded_right[0], &flow);
+    report->flags |= SHEF_DEPTH_SEARCHED;
+    report->flow_margin = flow.margin;
+    if (flow.state == SHEF_FLOW_FOUND)
+        set_direction(chain, flow.camera_velocity, 1);
+    else
+        report->flags |= SHEF_DEPTH_NO_MOTION;
+}
+
+void depth_motion_find(struct shef_depth_chain *chain, struct shef_depth_report *report)
+{
+    chain->lag = NULL;
+    chain->is_rectified = false;
+    memset(chain->direction, 0, sizeof chain->direction);
+    if (chain->input->has_velocity) {
+        use_velocity(chain, report);
+    } else if (chain->search) {
+        search(chain, report);
+    } else {
+        report->flags |= SHEF_DEPTH_NO_MOTION;
+        keep_earlier(chain, depth_history_find(&chain->history, 100 * SHEF_NS_PER_MS), report);
+    }
+}
+
+/* out = v turned by the inverse of a rotation; out may be v. */
+static void turn_back(const double r[9], const double v[3], double out[3])
+{
+    const double from[3] = { v[0], v[1], v[2] };
+
+    for (int i = 0; i < 3; i++)
+        out[i] = r[i] * from[0] + r[3 + i] * from[1] + r[6 + i] * from[2];
+}
+
+void shef_depth_velocity(const struct shef_calibration *calibration,
+                         const struct shef_depth_geometry *geometry,
+                         const struct shef_rigid *t_world_hand, const double speed[6],
+                         double out_velocity_m_s[3])
+{
+    const double *w = speed + 3;
+    double arm[3]; /* from the tool to the camera, world axes */
+    double v[3];
+
+    shef_rigid_rotate(t_world_hand, calibration->t_hand_frame.t_m, arm);
+    v[0] = speed[0] + w[1] * arm[2] - w[2] * arm[1];
+    v[1] = speed[1] + w[2] * arm[0] - w[0] * arm[2];
+    v[2] = speed[2] + w[0] * arm[1] - w[1] * arm[0];
+    turn_back(t_world_hand->r, v, v);
+    turn_back(calibration->t_hand_frame.r, v, v);
+    turn_back(geometry->r_camera_rectified, v, out_velocity_m_s);
+}
