@@ -24,9 +24,11 @@ struct shef_command {
 };
 
 /* In the order of the help. */
-#define SHEF_N_COMMANDS 12
+#define SHEF_N_COMMANDS 14
 extern const struct shef_command *const shef_commands[SHEF_N_COMMANDS];
 
+extern const struct shef_command shef_command_run;
+extern const struct shef_command shef_command_study;
 extern const struct shef_command shef_command_match;
 extern const struct shef_command shef_command_eval;
 extern const struct shef_command shef_command_table;

@@ -1,0 +1,100 @@
+#include "sheftool/run_clock.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "record/block_reader.h"
+#include "record/event_part.h"
+#include "sheftool/paths.h"
+
+/* The soonest arrivals of so many stretches make the line. */
+#define N_STRETCHES 16
+
+struct soonest {
+    bool is_set;
+    double event_ns;
+    double delay_ns; /* host minus event */
+};
+
+/* Slope and height of the line through delays, by least squares. */
+static void fit_line(const struct soonest *at, struct shef_run_clock *clock)
+{
+    double n = 0, x = 0, y = 0, xx = 0, xy = 0;
+
+    for (int i = 0; i < N_STRETCHES; i++) {
+        if (!at[i].is_set)
+            continue;
+        const double u = at[i].event_ns - (double)clock->event.ns;
+        const double v = at[i].delay_ns - at[0].delay_ns;
+
+        n += 1;
+        x += u;
+        y += v;
+        xx += u * u;
+        xy += u * v;
+    }
+    const double spread = xx - x * x / n;
+    const double slope = n > 1 && spread > 0 ? (xy - x * y / n) / spread : 0;
+    /* Clocks of crystals: more is jitter over a short recording. */
+    const double least = fmin(fmax(slope, -200e-6), 200e-6);
+
+    clock->rate = 1 + least;
+    clock->host.ns = clock->event.ns + (int64_t)llrint(at[0].delay_ns + (y - least * x) / n);
+    clock->is_known = true;
+}
+
+enum shef_err shef_run_clock_read(const char *recording, struct shef_run_clock *out_clock,
+                                  struct shef_error *err)
+{
+    char folder[SHEF_PATH_BYTES];
+    struct soonest at[N_STRETCHES] = { { false } };
+    struct shef_run_clock clock = { .rate = 1 };
+    struct shef_block_reader *reader;
+    struct shef_block block;
+    uint8_t *room = malloc(SHEF_EVENT_BLOCK_MAX_BYTES);
+
+    snprintf(folder, sizeof folder, "%s/" SHEF_EVENT_FOLDER, recording);
+    if (!room)
+        return shef_fail(err, SHEF_ERR_NO_MEMORY, "read '%s': out of memory", folder);
+
+    enum shef_err code = shef_block_reader_open(folder, SHEF_PART_EVENTS, SHEF_EVENT_ENDING,
+                                                SHEF_EVENT_BLOCK_MAX_BYTES, &reader, err);
+
+    if (code != SHEF_OK) {
+        free(room);
+        return code;
+    }
+    const struct shef_block_summary *summary = shef_block_reader_summary(reader);
+
+    if (summary->has_blocks) {
+        const int64_t first_us = summary->first.last_us;
+        const int64_t span_us = summary->last.last_us - first_us + 1;
+
+        clock.starts_whole = summary->first.number == 0 && summary->first.n_lost_before == 0;
+        clock.event.ns = first_us * SHEF_NS_PER_US;
+        while ((code = shef_block_reader_next(reader, room, &block, err)) == SHEF_OK) {
+            const double event_ns = (double)(block.record.last_us * SHEF_NS_PER_US);
+            const double delay_ns = (double)(block.record.arrived.ns) - event_ns;
+            const int64_t i = (block.record.last_us - first_us) * N_STRETCHES / span_us;
+
+            if (i < 0 || i >= N_STRETCHES || (at[i].is_set && at[i].delay_ns <= delay_ns))
+                continue;
+            at[i] = (struct soonest){ true, event_ns, delay_ns };
+        }
+        if (at[0].is_set)
+            fit_line(at, &clock);
+    }
+    shef_block_reader_close(reader);
+    free(room);
+    *out_clock = clock;
+    return code == SHEF_ERR_EMPTY || code == SHEF_OK ? SHEF_OK : code;
+}
+
+shef_host_time shef_run_clock_host(const struct shef_run_clock *clock, shef_event_time event)
+{
+    const double since_ns = (double)shef_event_time_since(event, clock->event);
+
+    return shef_host_time_add(clock->host, llrint(since_ns * clock->rate));
+}
