@@ -164,13 +164,15 @@ bool shef_recorded_frames_find(const struct shef_recorded_frames *frames, uint64
     return false;
 }
 
-/* Whether the frame before in the list is the one before in the recording. */
-static bool follows(const struct shef_recorded_frames *frames, uint32_t index)
+uint64_t shef_recorded_frames_missing_before(const struct shef_recorded_frames *frames,
+                                             uint32_t index)
 {
-    const struct shef_block_record *record = &frames->entries[index].block.record;
+    assert(index < frames->n_entries);
 
-    return index > 0 && record->n_lost_before == 0 &&
-           frames->entries[index - 1].block.record.number + 1 == record->number;
+    const struct shef_block_record *record = &frames->entries[index].block.record;
+    const uint64_t expected = index > 0 ? frames->entries[index - 1].block.record.number + 1 : 0;
+
+    return record->number - expected + record->n_lost_before;
 }
 
 enum shef_err shef_recorded_frames_read_into(struct shef_recorded_frames *frames, uint32_t index,
@@ -195,7 +197,7 @@ enum shef_err shef_recorded_frames_read_into(struct shef_recorded_frames *frames
     *out_frame = (struct shef_recorded_frame){
         .info = entry->info,
         .index = index,
-        .follows = follows(frames, index),
+        .follows = index > 0 && shef_recorded_frames_missing_before(frames, index) == 0,
         .n_lost_before = entry->block.record.n_lost_before,
         .pixels = room,
     };

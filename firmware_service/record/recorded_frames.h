@@ -59,6 +59,11 @@ const struct shef_frame_info *shef_recorded_frames_info(const struct shef_record
 bool shef_recorded_frames_find(const struct shef_recorded_frames *frames, uint64_t number,
                                uint32_t *out_index);
 
+/* How many frames are missing between the one before in the list and this: lost while recording, or
+ * their blocks since. */
+uint64_t shef_recorded_frames_missing_before(const struct shef_recorded_frames *frames,
+                                             uint32_t index);
+
 /* Reads the next intact frame.
  * SHEF_ERR_EMPTY: there are no more. Errors of the system. */
 SHEF_MUST_CHECK enum shef_err shef_recorded_frames_next(struct shef_recorded_frames *frames,

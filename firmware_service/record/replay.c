@@ -1,7 +1,6 @@
 #include "record/replay.h"
 
 #include <limits.h>
-#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,21 +9,14 @@
 
 struct shef_replay {
     /* Set by create. */
-    struct shef_replay_config config;
     struct shef_block_reader *reader;
     struct shef_event_part part;
     struct shef_pool *pool;
     uint8_t start_state[SHEF_BLOCK_STATE_BYTES];
-    /* The source thread's. */
+    /* The source thread's, but for the pacer's permissions. */
+    struct shef_replay_pacer pacer;
     struct shef_raw_packet next; /* read, not delivered; buffer NULL: there is none */
-    bool has_started;
-    shef_host_time first_arrived; /* in the recording */
-    shef_host_time started;       /* by the clock, when the first buffer was delivered */
-    uint64_t n_seen;              /* the block number after the last one's */
-    uint64_t n_delivered;
-    int64_t late_ns;
-    /* Anyone adds, the source takes. */
-    _Atomic uint64_t n_allowed;
+    uint64_t n_seen;             /* the block number after the last one's */
 };
 
 static enum shef_err open_reader(struct shef_replay *replay, const char *path,
@@ -62,8 +54,7 @@ enum shef_err shef_replay_create(const char *path, const struct shef_replay_conf
 
     if (!replay)
         return shef_fail(err, SHEF_ERR_NO_MEMORY, "replay '%s': out of memory", path);
-    replay->config = *config;
-    atomic_init(&replay->n_allowed, 0);
+    shef_replay_pacer_init(&replay->pacer, config);
 
     enum shef_err code = open_reader(replay, path, err);
 
@@ -113,7 +104,7 @@ static enum shef_err read_ahead(struct shef_replay *replay, struct shef_error *e
     replay->next = (struct shef_raw_packet){
         .buffer = buffer,
         .arrived = block.record.arrived,
-        .number = replay->n_delivered,
+        .number = replay->pacer.n_delivered,
         .n_lost_before = n_lost < UINT32_MAX ? (uint32_t)n_lost : UINT32_MAX,
     };
     replay->n_seen = block.record.number + 1;
@@ -122,33 +113,7 @@ static enum shef_err read_ahead(struct shef_replay *replay, struct shef_error *e
 
 shef_host_time shef_replay_due(const struct shef_replay *replay)
 {
-    return shef_host_time_add(replay->started,
-                              shef_host_time_since(replay->next.arrived, replay->first_arrived));
-}
-
-/* Whether the buffer that waits may go, by the pace. */
-static bool is_due(struct shef_replay *replay)
-{
-    if (replay->config.pace == SHEF_REPLAY_FAST)
-        return true;
-    if (replay->config.pace == SHEF_REPLAY_STEPPED)
-        /* Relaxed: permission orders nothing; it is only counted. */
-        return replay->n_delivered < atomic_load_explicit(&replay->n_allowed, memory_order_relaxed);
-
-    const shef_host_time now = shef_clock_now(replay->config.clock);
-
-    if (!replay->has_started) {
-        replay->has_started = true;
-        replay->started = now;
-        replay->first_arrived = replay->next.arrived;
-    }
-
-    const shef_host_time due = shef_replay_due(replay);
-
-    if (shef_host_time_before(now, due))
-        return false;
-    replay->late_ns = shef_host_time_since(now, due);
-    return true;
+    return shef_replay_pacer_due(&replay->pacer, replay->next.arrived);
 }
 
 enum shef_err shef_replay_take(struct shef_replay *replay, struct shef_raw_packet *out_packet,
@@ -160,22 +125,22 @@ enum shef_err shef_replay_take(struct shef_replay *replay, struct shef_raw_packe
         if (code != SHEF_OK)
             return code;
     }
-    if (!is_due(replay))
+    if (!shef_replay_pacer_is_due(&replay->pacer, replay->next.arrived))
         return SHEF_ERR_TIMEOUT;
     *out_packet = replay->next;
     replay->next.buffer = NULL;
-    replay->n_delivered++;
+    replay->pacer.n_delivered++;
     return SHEF_OK;
 }
 
 void shef_replay_step(struct shef_replay *replay, uint32_t n_buffers)
 {
-    atomic_fetch_add_explicit(&replay->n_allowed, n_buffers, memory_order_relaxed);
+    shef_replay_pacer_step(&replay->pacer, n_buffers);
 }
 
 int64_t shef_replay_late_ns(const struct shef_replay *replay)
 {
-    return replay->late_ns;
+    return replay->pacer.late_ns;
 }
 
 const struct shef_damage *shef_replay_damage(const struct shef_replay *replay)

@@ -8,29 +8,17 @@
 
 #include <stdint.h>
 
-#include "core/clock.h"
 #include "core/error.h"
 #include "core/packets.h"
 #include "record/block_reader.h"
 #include "record/event_part.h"
+#include "record/replay_pacer.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 struct shef_replay;
-
-enum shef_replay_pace {
-    SHEF_REPLAY_RECORDED, /* with the pauses with which the buffers once arrived */
-    SHEF_REPLAY_FAST,     /* as soon as there is a free buffer */
-    SHEF_REPLAY_STEPPED,  /* as many as step() has allowed */
-};
-
-struct shef_replay_config {
-    enum shef_replay_pace pace;
-    const struct shef_clock *clock; /* only read at recorded pace; outlives the replay */
-    uint32_t n_buffers;             /* of the pool, 1..65536 */
-};
 
 /* Opens a recording and allocates.                                Thread: setup.
  * SHEF_ERR_EMPTY: nothing was ever recorded. Otherwise as shef_recorded_events_open(). */
