@@ -155,6 +155,7 @@ int32_t sim_object_surfaces(const struct sim_object *object, int32_t number,
 
     for (int32_t i = 0; i < n; i++) {
         all[i].object = number;
+        all[i].part_size[0] = all[i].part_size[1] = 1;
         all[i].gloss = material->gloss;
         all[i].sharpness = material->sharpness;
         if (can_be_seen(&all[i]))

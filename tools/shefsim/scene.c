@@ -11,6 +11,8 @@
 #include "shefsim/scene_internal.h"
 
 #define MAX_FILE_BYTES (1 << 20)
+#define MAX_PARTS      96  /* surfaces of one object */
+#define MAX_SPREAD     1.3 /* of the distance over a part */
 
 static enum shef_err find_lighting(struct sim_scene *scene, const char *light,
                                    struct sim_lighting *out_lighting, const struct sim_lamp **lamps,
@@ -44,32 +46,63 @@ static enum shef_err find_lighting(struct sim_scene *scene, const char *light,
     return SHEF_OK;
 }
 
-static enum shef_err make_surfaces(struct sim_scene *scene, const struct sim_lighting *lighting,
-                                   const struct sim_scene_options *options, struct shef_error *err)
+/* Cuts flat surfaces until the distance hardly changes over any part, behind one another in
+ * memory. Returns how many they are then. */
+static int32_t cut_up(struct sim_surface *surfaces, int32_t n)
+{
+    for (int32_t i = 0; i < n && n < MAX_PARTS; i++) {
+        double spread[2];
+        int along;
+
+        if (surfaces[i].kind != SIM_SURFACE_QUAD)
+            continue;
+        sim_texture_spread(&surfaces[i], spread);
+        along = spread[0] > spread[1] ? 0 : 1;
+        if (spread[along] < MAX_SPREAD)
+            continue;
+        sim_surface_cut(&surfaces[i], along, &surfaces[n++]);
+        i--; /* what is left of it may still be too large */
+    }
+    return n;
+}
+
+static enum shef_err add_surfaces(struct sim_scene *scene, uint32_t number,
+                                  const struct sim_lighting *lighting,
+                                  const struct sim_scene_options *options, int64_t *n_texels,
+                                  struct shef_error *err)
 {
     const struct sim_description *d = scene->description;
+    const struct sim_object *object = &d->objects[number];
+    const struct sim_material *material = sim_description_material(d, object);
+    struct sim_surface parts[MAX_PARTS];
+    const int32_t n_whole = sim_object_surfaces(object, (int32_t)number, material, parts);
+    struct sim_surface *grown;
     enum shef_err code = SHEF_OK;
-    int64_t n_texels = 0;
 
-    for (uint32_t i = 0; code == SHEF_OK && i < d->n_objects; i++) {
-        const struct sim_material *material = sim_description_material(d, &d->objects[i]);
-        struct sim_surface *surfaces = scene->surfaces + scene->n_surfaces;
-        const int32_t n = sim_object_surfaces(&d->objects[i], (int32_t)i, material, surfaces);
+    for (int32_t i = 0; i < n_whole; i++)
+        parts[i].seed =
+            sim_mix64(sim_mix64(options->seed + 1) + 64 * (uint64_t)number + (uint64_t)i);
 
-        for (int32_t k = 0; code == SHEF_OK && k < n; k++) {
-            const uint64_t seed =
-                sim_mix64(sim_mix64(options->seed + 1) + 64 * (uint64_t)i + (uint64_t)k);
+    const int32_t n = cut_up(parts, n_whole);
 
-            code =
-                sim_texture_bake(&surfaces[k], material, d, lighting, seed, options->workers, err);
-            scene->n_surfaces++;
-            n_texels += (int64_t)surfaces[k].texture.width * surfaces[k].texture.height;
-            if (code == SHEF_OK && n_texels > SIM_TEXTURE_TOTAL_TEXELS)
-                code = shef_fail(err, SHEF_ERR_NO_MEMORY,
-                                 "scene '%s' needs textures of more than %d pixels; make object "
-                                 "'%s' smaller or move it away",
-                                 d->name, SIM_TEXTURE_TOTAL_TEXELS, d->objects[i].name);
-        }
+    grown = realloc(scene->surfaces, (size_t)(scene->n_surfaces + n) * sizeof *scene->surfaces);
+    if (!grown)
+        return shef_fail(err, SHEF_ERR_NO_MEMORY, "scene '%s': out of memory", d->name);
+    scene->surfaces = grown;
+    for (int32_t i = 0; code == SHEF_OK && i < n; i++) {
+        struct sim_surface *surface = &scene->surfaces[scene->n_surfaces];
+
+        *surface = parts[i];
+        code = sim_texture_bake(surface, material, d, lighting, options->workers, err);
+        if (code != SHEF_OK)
+            break;
+        scene->n_surfaces++;
+        *n_texels += (int64_t)surface->texture.width * surface->texture.height;
+        if (*n_texels > SIM_TEXTURE_TOTAL_TEXELS)
+            code = shef_fail(err, SHEF_ERR_NO_MEMORY,
+                             "scene '%s' needs textures of more than %d pixels; make object '%s' "
+                             "smaller or move it away",
+                             d->name, SIM_TEXTURE_TOTAL_TEXELS, object->name);
     }
     return code;
 }
@@ -81,6 +114,7 @@ static enum shef_err make(struct sim_scene **out_scene, const char *label, const
     struct sim_scene *scene = calloc(1, sizeof *scene);
     const struct sim_lamp **lamps = NULL;
     struct sim_lighting lighting = { 0 };
+    int64_t n_texels = 0;
     enum shef_err code;
 
     if (!scene)
@@ -98,7 +132,8 @@ static enum shef_err make(struct sim_scene **out_scene, const char *label, const
     if (code == SHEF_OK)
         code = find_lighting(scene, options->light, &lighting, lamps, err);
     if (code == SHEF_OK)
-        code = make_surfaces(scene, &lighting, options, err);
+        for (uint32_t i = 0; code == SHEF_OK && i < scene->description->n_objects; i++)
+            code = add_surfaces(scene, i, &lighting, options, &n_texels, err);
     free(lamps);
     if (code != SHEF_OK) {
         sim_scene_destroy(scene);

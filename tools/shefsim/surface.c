@@ -49,6 +49,22 @@ void sim_surface_normal(const struct sim_surface *surface, const double local[3]
         out_normal[i] /= length;
 }
 
+void sim_surface_cut(struct sim_surface *surface, int along, struct sim_surface *out_second)
+{
+    struct sim_surface second = *surface;
+
+    for (int i = 0; i < 3; i++) {
+        const double half = surface->axis[along][i] / 2;
+
+        surface->axis[along][i] = second.axis[along][i] = half;
+        surface->centre[i] -= half;
+        second.centre[i] += half;
+    }
+    surface->part_size[along] = second.part_size[along] = surface->part_size[along] / 2;
+    second.part_start[along] += second.part_size[along];
+    *out_second = second;
+}
+
 static void cylinder_at(double u, double v, double out_local[3])
 {
     double turn = 4 * (u - floor(u));

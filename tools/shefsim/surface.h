@@ -33,6 +33,11 @@ struct sim_surface {
     bool one_sided;    /* part of a closed body: seen from outside only */
     double gloss;      /* reflectance of the highlight at its middle, 0: none */
     int32_t sharpness; /* the highlight is cos^(2^sharpness) of the half angle */
+    /* Flat surfaces may be parts of a larger one, so that each has texels of its own size: what
+     * part of it, in texture coordinates. */
+    double part_start[2];
+    double part_size[2]; /* 1 for a whole surface */
+    uint64_t seed;       /* of the pattern */
     struct sim_texture texture;
 };
 
@@ -47,6 +52,10 @@ void sim_surface_normal(const struct sim_surface *surface, const double local[3]
 /* The local coordinates of a world point. */
 void sim_surface_local(const struct sim_surface *surface, const double point[3],
                        double out_local[3]);
+
+/* Cuts a quadrilateral in two along local x (0) or y (1): out_second becomes the half of the
+ * larger coordinates, surface the other. */
+void sim_surface_cut(struct sim_surface *surface, int along, struct sim_surface *out_second);
 
 /* Texture coordinates run over [0, 1] in both directions. Flat: l_x and l_y. Cylinder: around the
  * axis by |l_x| + |l_z| = 1 instead of an angle, and l_y. Ellipsoid: the octahedron |x| + |y| +

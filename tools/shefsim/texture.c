@@ -9,6 +9,9 @@
 #include "shefsim/random.h"
 
 #define SURVEY_STEPS   16
+#define UNSEEN_TEXEL_M 0.02
+#define N_GAINS        4096 /* of the table of exp() */
+#define GAIN_RANGE     4.0  /* of the values of a pattern, to either side */
 #define LOWEST_ALBEDO  0.02
 #define HIGHEST_ALBEDO 0.95
 
@@ -51,11 +54,12 @@ struct bake {
     double cell_m;
     double contrast;
     uint64_t seed;
-    double extent_m[2]; /* of the texture along both directions */
+    double extent_m[2]; /* of the whole surface along both directions */
     double brightest;   /* light that the largest texel stands for */
     uint8_t *texels[2]; /* both phases; the second is NULL unless it blinks */
     int32_t width;      /* texels */
     int32_t height;
+    double gains[N_GAINS + 2]; /* exp(contrast * value) over the range of values */
 };
 
 /* How wide a pixel is on the surface along two directions of length 1. */
@@ -93,8 +97,8 @@ static void find_place(const struct bake *bake, double u, double v,
     for (int k = 0; k < 2; k++)
         for (int i = 0; i < 3; i++)
             along[k][i] = surface->axis[k][i] / length_of(surface->axis[k]);
-    place.position_m[0] = u * bake->extent_m[0];
-    place.position_m[1] = v * bake->extent_m[1];
+    place.position_m[0] = (surface->part_start[0] + u * surface->part_size[0]) * bake->extent_m[0];
+    place.position_m[1] = (surface->part_start[1] + v * surface->part_size[1]) * bake->extent_m[1];
     if (surface->kind == SIM_SURFACE_ELLIPSOID) {
         place.solid = true;
         for (int k = 0; k < 3; k++)
@@ -109,7 +113,23 @@ static void find_place(const struct bake *bake, double u, double v,
     *out_place = place;
 }
 
-static double light_at(const struct bake *bake, double u, double v, double sign)
+static void fill_gains(struct bake *bake)
+{
+    for (int i = 0; i < N_GAINS + 2; i++)
+        bake->gains[i] = sim_exp(bake->contrast * GAIN_RANGE * (2.0 * i / N_GAINS - 1));
+}
+
+static double gain_of(const struct bake *bake, double value)
+{
+    const double at = (value / GAIN_RANGE + 1) * (N_GAINS / 2.0);
+    const double limited = at < 0 ? 0 : at > N_GAINS ? N_GAINS : at;
+    const int i = (int)limited;
+
+    return bake->gains[i] + (limited - i) * (bake->gains[i + 1] - bake->gains[i]);
+}
+
+/* What a texel sends out in both phases; the second only if the surface blinks. */
+static void find_light(const struct bake *bake, double u, double v, double out_light[2])
 {
     struct sim_pattern_place place;
     double point[3];
@@ -119,11 +139,15 @@ static double light_at(const struct bake *bake, double u, double v, double sign)
 
     const double value =
         sim_pattern_value(bake->material->pattern, bake->cell_m, bake->seed, &place);
-    double albedo = bake->material->albedo * sim_exp(sign * bake->contrast * value);
+    const double irradiance = sim_lighting_irradiance(bake->lighting, point, normal);
 
-    albedo = albedo < LOWEST_ALBEDO ? LOWEST_ALBEDO : albedo;
-    albedo = albedo > HIGHEST_ALBEDO ? HIGHEST_ALBEDO : albedo;
-    return albedo * sim_lighting_irradiance(bake->lighting, point, normal);
+    for (int phase = 0; phase < (bake->texels[1] ? 2 : 1); phase++) {
+        double albedo = bake->material->albedo * gain_of(bake, phase == 0 ? value : -value);
+
+        albedo = albedo < LOWEST_ALBEDO ? LOWEST_ALBEDO : albedo;
+        albedo = albedo > HIGHEST_ALBEDO ? HIGHEST_ALBEDO : albedo;
+        out_light[phase] = albedo * irradiance;
+    }
 }
 
 static uint8_t encoded(double light, double brightest)
@@ -144,10 +168,11 @@ static void bake_row(void *opaque, int32_t y, int32_t worker)
     for (int32_t x = 0; x < bake->width; x++) {
         const double u = (double)(x - margin) / (bake->width - 1 - 2 * margin);
         const size_t at = (size_t)y * (size_t)bake->width + (size_t)x;
+        double light[2];
 
-        bake->texels[0][at] = encoded(light_at(bake, u, v, 1), bake->brightest);
-        if (bake->texels[1])
-            bake->texels[1][at] = encoded(light_at(bake, u, v, -1), bake->brightest);
+        find_light(bake, u, v, light);
+        for (int phase = 0; phase < 2 && bake->texels[phase]; phase++)
+            bake->texels[phase][at] = encoded(light[phase], bake->brightest);
     }
 }
 
@@ -172,8 +197,8 @@ static void find_extent(struct bake *bake)
     const double side[3] = { 2 * length_of(s->axis[0]), 2 * length_of(s->axis[1]),
                              2 * length_of(s->axis[2]) };
 
-    bake->extent_m[0] = side[0];
-    bake->extent_m[1] = side[1];
+    bake->extent_m[0] = side[0] / s->part_size[0];
+    bake->extent_m[1] = side[1] / s->part_size[1];
     if (s->kind == SIM_SURFACE_CYLINDER)
         bake->extent_m[0] = SIM_PI / 2 * (side[0] + side[2]);
     if (s->kind == SIM_SURFACE_ELLIPSOID) {
@@ -190,11 +215,19 @@ static int32_t n_texels(double extent_m, double texel_m)
     return n < 6 ? 6 : n > SIM_TEXTURE_MAX_SIDE ? SIM_TEXTURE_MAX_SIDE : (int32_t)n;
 }
 
-/* Walks over the surface: its brightest light, and texels as small as its smallest footprint. */
+/* Whether a camera near the middle of the path that looks about straight ahead can see a point. */
+static bool is_in_view(const double point[3])
+{
+    return point[2] > .2 && fabs(point[0]) < point[2] + .4 && fabs(point[1]) < point[2] + .4;
+}
+
+/* Walks over the surface: its brightest light, and texels as small as its smallest footprint. What
+ * is out of view gets large ones. */
 static void survey(struct bake *bake)
 {
     double smallest_m[2] = { 1, 1 };
     double brightest = 0;
+    bool is_seen = false;
 
     for (int j = 0; j <= SURVEY_STEPS; j++)
         for (int i = 0; i <= SURVEY_STEPS; i++) {
@@ -209,20 +242,50 @@ static void survey(struct bake *bake)
 
             if (light > brightest)
                 brightest = light;
-            /* What is behind or at the camera is not seen. */
-            for (int k = 0; k < 2 && point[2] > .3; k++)
+            if (is_in_view(point))
+                is_seen = true;
+            for (int k = 0; k < 2; k++)
                 if (place.footprint_m[k] < smallest_m[k])
                     smallest_m[k] = place.footprint_m[k];
         }
     bake->brightest = brightest + 1e-6;
-    bake->width = n_texels(bake->extent_m[0], smallest_m[0]);
-    bake->height = n_texels(bake->extent_m[1], smallest_m[1]);
+    for (int k = 0; k < 2; k++) {
+        const double texel_m = is_seen ? smallest_m[k] : UNSEEN_TEXEL_M;
+        const int32_t n = n_texels(bake->extent_m[k] * bake->surface->part_size[k], texel_m);
+
+        *(k == 0 ? &bake->width : &bake->height) = n;
+    }
+}
+
+void sim_texture_spread(const struct sim_surface *surface, double out_spread[2])
+{
+    for (int k = 0; k < 2; k++)
+        out_spread[k] = 1;
+    for (int k = 0; k < 2; k++)
+        for (int line = -1; line <= 1; line++) {
+            double nearest = 1e9;
+            double farthest = 0;
+
+            for (int step = -2; step <= 2; step++) {
+                const double local[3] = { k == 0 ? step / 2.0 : line, k == 0 ? line : step / 2.0,
+                                          0 };
+                double point[3];
+                double distance;
+
+                sim_surface_point(surface, local, point);
+                distance = sqrt(dot(point, point)) + .1;
+                nearest = distance < nearest ? distance : nearest;
+                farthest = distance > farthest ? distance : farthest;
+            }
+            if (farthest / nearest > out_spread[k])
+                out_spread[k] = farthest / nearest;
+        }
 }
 
 enum shef_err sim_texture_bake(struct sim_surface *surface, const struct sim_material *material,
                                const struct sim_description *description,
-                               const struct sim_lighting *lighting, uint64_t seed,
-                               struct shef_workers *workers, struct shef_error *err)
+                               const struct sim_lighting *lighting, struct shef_workers *workers,
+                               struct shef_error *err)
 {
     struct bake bake = {
         .surface = surface,
@@ -230,10 +293,11 @@ enum shef_err sim_texture_bake(struct sim_surface *surface, const struct sim_mat
         .lighting = lighting,
         .cell_m = material->cell_mm * description->cell_scale / 1000,
         .contrast = material->contrast * description->contrast_scale,
-        .seed = seed,
+        .seed = surface->seed,
     };
     const bool blinks = material->blink;
 
+    fill_gains(&bake);
     find_extent(&bake);
     survey(&bake);
 

@@ -15,8 +15,9 @@
 #include "shefsim/description.h"
 #include "shefsim/surface.h"
 
-/* What a pixel covers at 1 m: that of the finest camera, f 1301 px, and a little more. */
-#define SIM_TEXTURE_PIXEL_RAD    (1.2 / 1301)
+/* What a pixel covers at 1 m: that of the finest camera, f 1301 px, behind a lens that blurs by
+ * half a pixel. */
+#define SIM_TEXTURE_PIXEL_RAD    (1.5 / 1301)
 #define SIM_TEXTURE_MAX_SIDE     8192
 #define SIM_TEXTURE_TOTAL_TEXELS 40000000
 
@@ -27,15 +28,18 @@ struct sim_lighting {
 };
 
 /* Fills a surface's texture.
- *   seed     another number, another pattern
- *   contrast_scale, cell_scale  of the whole scene
+ *   description  for its scales
  * SHEF_ERR_NO_MEMORY. */
 SHEF_MUST_CHECK enum shef_err sim_texture_bake(struct sim_surface *surface,
                                                const struct sim_material *material,
                                                const struct sim_description *description,
-                                               const struct sim_lighting *lighting, uint64_t seed,
+                                               const struct sim_lighting *lighting,
                                                struct shef_workers *workers,
                                                struct shef_error *err);
+
+/* How much the distance of a flat surface from the middle of the path changes along its x (0) and y
+ * (1): the largest by the smallest. */
+void sim_texture_spread(const struct sim_surface *surface, double out_spread[2]);
 
 void sim_texture_destroy(struct sim_texture *texture);
 
