@@ -7,9 +7,11 @@
 #include "core/time.h"
 #include "record/frame_recorder.h"
 #include "record/recording_writer.h"
+#include "record/trigger_recorder.h"
 #include "record/truth_writer.h"
 #include "shefsim/event_stream.h"
 #include "shefsim/random.h"
+#include "shefsim/rig_robot.h"
 #include "shefsim/staging.h"
 
 /* What the ways to the host take: at least, and at most on top of it. Event buffers come over USB
@@ -24,14 +26,21 @@
 #define TRIGGERS_DELAY_NS  8000
 #define TRIGGERS_JITTER_NS 30000
 
+/* The GPIO line that the frame camera's exposure signal is wired to. */
+#define EXPOSURE_LINE 17
+
 struct sim_rig_recording {
     const struct sim_rig *rig;
     struct sim_staging staging;
     struct shef_recording_writer writer;
     bool has_writer;
+    uint32_t n_poses;
+    uint32_t n_edges;
     /* NULL: not begun, or ended. */
     struct sim_event_stream *events;
     struct shef_frame_recorder *frames;
+    struct sim_rig_robot *robot;
+    struct shef_trigger_recorder *triggers;
     struct shef_truth_writer *truth;
 };
 
@@ -108,6 +117,19 @@ static enum shef_err start_frames(struct sim_rig_recording *recording, struct sh
     return shef_frame_recorder_start(&recording->writer, &config, &recording->frames, err);
 }
 
+static enum shef_err start_triggers(struct sim_rig_recording *recording, struct shef_error *err)
+{
+    const struct shef_edge_line lines[] = { { EXPOSURE_LINE, "frame exposure" } };
+    const struct shef_trigger_recorder_config config = {
+        .chip = "gpiochip0",
+        .lines = lines,
+        .n_lines = 1,
+        .limits = shef_segment_limits_default(),
+    };
+
+    return shef_trigger_recorder_start(&recording->writer, &config, &recording->triggers, err);
+}
+
 /* The clocks as truth/ has them. */
 static enum shef_err write_clocks(struct sim_rig_recording *recording, struct shef_error *err)
 {
@@ -148,6 +170,10 @@ static enum shef_err start_parts(struct sim_rig_recording *recording, struct she
         code = start_events(recording, err);
     if (code == SHEF_OK && !recording->rig->settings.without_frames)
         code = start_frames(recording, err);
+    if (code == SHEF_OK)
+        code = sim_rig_robot_start(&recording->robot, &recording->writer, err);
+    if (code == SHEF_OK)
+        code = start_triggers(recording, err);
     return code == SHEF_OK ? start_truth(recording, err) : code;
 }
 
@@ -178,6 +204,21 @@ enum shef_err sim_rig_recording_begin(struct sim_rig_recording **out_recording,
     return code;
 }
 
+/* One edge of the exposure signal, as the host's kernel sees it. */
+static enum shef_err write_edge(struct sim_rig_recording *recording, int64_t t_ns, bool is_high,
+                                struct shef_error *err)
+{
+    const struct shef_edge edge = {
+        .time = arrival(recording->rig, SHEF_PART_TRIGGERS, recording->n_edges, t_ns,
+                        TRIGGERS_DELAY_NS, TRIGGERS_JITTER_NS),
+        .number = ++recording->n_edges,
+        .line = EXPOSURE_LINE,
+        .is_high = is_high,
+    };
+
+    return shef_trigger_recorder_write(recording->triggers, &edge, 1, edge.time, 0, err);
+}
+
 enum shef_err sim_rig_recording_announce(struct sim_rig_recording *recording,
                                          const struct sim_rig_frame *frame, struct shef_error *err)
 {
@@ -185,7 +226,9 @@ enum shef_err sim_rig_recording_announce(struct sim_rig_recording *recording,
 
     if (code == SHEF_OK)
         code = sim_event_stream_trigger(recording->events, frame->fall_us, false, err);
-    return code;
+    if (code == SHEF_OK)
+        code = write_edge(recording, frame->start_ns, true, err);
+    return code == SHEF_OK ? write_edge(recording, frame->end_ns, false, err) : code;
 }
 
 enum shef_err sim_rig_recording_events(struct sim_rig_recording *recording,
@@ -270,6 +313,8 @@ static enum shef_err stop_parts(struct sim_rig_recording *recording, struct shef
         recording->part_ = NULL;                                                                   \
     } while (0)
     STOP(frames, shef_frame_recorder_stop);
+    STOP(robot, sim_rig_robot_stop);
+    STOP(triggers, shef_trigger_recorder_stop);
     STOP(truth, shef_truth_writer_stop);
 #undef STOP
     return code;
@@ -307,7 +352,10 @@ enum shef_err sim_rig_recording_pose(struct sim_rig_recording *recording, int64_
 {
     const struct sim_rig *rig = recording->rig;
     const struct shef_truth_pose row = { event_time(rig, t_ns), sim_rig_hand(rig, t_ns) };
+    const shef_host_time arrived =
+        arrival(rig, SHEF_PART_POSES, recording->n_poses++, t_ns, POSES_DELAY_NS, POSES_JITTER_NS);
+    const enum shef_err code =
+        sim_rig_robot_report(recording->robot, rig, robot_ns, t_ns, arrived, err);
 
-    (void)robot_ns;
-    return shef_truth_writer_pose(recording->truth, &row, err);
+    return code == SHEF_OK ? shef_truth_writer_pose(recording->truth, &row, err) : code;
 }
