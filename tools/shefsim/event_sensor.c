@@ -287,9 +287,16 @@ enum shef_err sim_event_sensor_flush(struct sim_event_sensor *sensor, struct sim
         sensor->bands[i].list.n = 0;
 
     const size_t n_complete = sim_event_order_run(sensor, &step);
+    const enum shef_err code = n_complete == SIZE_MAX
+                                   ? no_memory(err)
+                                   : hand_over(sensor, &step, n_complete, out_events, err);
 
-    return n_complete == SIZE_MAX ? no_memory(err)
-                                  : hand_over(sensor, &step, n_complete, out_events, err);
+    /* The stream ends with its last event. */
+    if (code == SHEF_OK)
+        out_events->complete_us = step.base_us;
+    if (code == SHEF_OK && out_events->n > 0)
+        out_events->complete_us += out_events->events[out_events->n - 1].t_us + 1;
+    return code;
 }
 
 void sim_event_sensor_log(const struct sim_event_sensor *sensor, struct shef_image_f32 out_log)

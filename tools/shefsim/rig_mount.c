@@ -34,6 +34,7 @@ enum shef_err sim_rig_calibration(int64_t event_latency_ns,
     for (int i = 0; i < 6; i++)
         rig.tcp_offset[i] = tcp_offset[i];
     rig.event_delay.ns = event_latency_ns;
+    rig.robot_delay.ns = SIM_RIG_POSE_DELAY_NS;
     *out_calibration = rig;
     return shef_calibration_identify(out_calibration, err);
 }

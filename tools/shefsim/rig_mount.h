@@ -11,6 +11,9 @@
 #include "calib/calibration.h"
 #include "core/error.h"
 
+/* The soonest that a pose reaches the host after it was true. */
+#define SIM_RIG_POSE_DELAY_NS 1200000
+
 /* The rig as it is.
  *   event_latency_ns  of the event sensor
  * SHEF_ERR_NO_MEMORY. */

@@ -21,7 +21,6 @@
 #define EVENTS_JITTER_NS   400000
 #define FRAMES_DELAY_NS    17500000
 #define FRAMES_JITTER_NS   1500000
-#define POSES_DELAY_NS     1200000
 #define POSES_JITTER_NS    900000
 #define TRIGGERS_DELAY_NS  8000
 #define TRIGGERS_JITTER_NS 30000
@@ -120,13 +119,14 @@ static enum shef_err start_frames(struct sim_rig_recording *recording, struct sh
 static enum shef_err start_triggers(struct sim_rig_recording *recording, struct shef_error *err)
 {
     const struct shef_edge_line lines[] = { { EXPOSURE_LINE, "frame exposure" } };
-    const struct shef_trigger_recorder_config config = {
+    struct shef_trigger_recorder_config config = {
         .chip = "gpiochip0",
         .lines = lines,
         .n_lines = 1,
         .limits = shef_segment_limits_default(),
     };
 
+    config.limits.sync_ns = 0;
     return shef_trigger_recorder_start(&recording->writer, &config, &recording->triggers, err);
 }
 
@@ -352,8 +352,8 @@ enum shef_err sim_rig_recording_pose(struct sim_rig_recording *recording, int64_
 {
     const struct sim_rig *rig = recording->rig;
     const struct shef_truth_pose row = { event_time(rig, t_ns), sim_rig_hand(rig, t_ns) };
-    const shef_host_time arrived =
-        arrival(rig, SHEF_PART_POSES, recording->n_poses++, t_ns, POSES_DELAY_NS, POSES_JITTER_NS);
+    const shef_host_time arrived = arrival(rig, SHEF_PART_POSES, recording->n_poses++, t_ns,
+                                           SIM_RIG_POSE_DELAY_NS, POSES_JITTER_NS);
     const enum shef_err code =
         sim_rig_robot_report(recording->robot, rig, robot_ns, t_ns, arrived, err);
 
