@@ -208,14 +208,15 @@ double sim_pattern_value(enum sim_pattern pattern, double cell_m, uint64_t seed,
     case SIM_PATTERN_PLAIN:
         return .3 * noise(place, cell_m, key + 13) + .2 * grain;
     case SIM_PATTERN_CELLS:
-        return .85 * cells(place, cell_m, key + 1) + .5 * cells(place, cell_m / 2.7, key + 2) +
-               .3 * cells(place, cell_m / 7.1, key + 3) + .25 * grain;
+        return .75 * cells(place, cell_m, key + 1) + .65 * cells(place, cell_m / 2.5, key + 2) +
+               .5 * cells(place, cell_m / 6.1, key + 3) + .25 * grain;
     case SIM_PATTERN_BLOBS:
-        return .9 * noise(place, cell_m, key + 4) + .55 * noise(place, cell_m / 2.3, key + 5) +
-               .5 * cells(place, cell_m / 6, key + 6) + .3 * grain;
+        return .7 * noise(place, cell_m, key + 4) + .45 * noise(place, cell_m / 2.3, key + 5) +
+               .75 * cells(place, cell_m / 5, key + 6) + .5 * cells(place, cell_m / 12, key + 19) +
+               .25 * grain;
     case SIM_PATTERN_CARPET:
-        return .45 * noise(place, 4 * cell_m, key + 7) + .6 * cells(place, cell_m, key + 8) +
-               .6 * cells(place, cell_m / 2.9, key + 9) + .3 * grain;
+        return .35 * noise(place, 4 * cell_m, key + 7) + .75 * cells(place, cell_m, key + 8) +
+               .65 * cells(place, cell_m / 2.5, key + 9) + .25 * grain;
     case SIM_PATTERN_STRIPES:
         return .8 * bands(place, cell_m, key + 14) + .4 * cells(place, cell_m / 2.2, key + 15) +
                .25 * grain - .8 * strokes(place, cell_m, key + 16);
