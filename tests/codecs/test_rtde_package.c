@@ -102,7 +102,7 @@ static void test_recipes_that_cannot_be_are_refused_with_a_sentence(void)
     expect_refused(2, "a_name_that_is_longer_than_any_that_the_controller_knows", "DOUBLE",
                    "too long");
     for (int i = 0; i <= SHEF_RTDE_MAX_VARIABLES; i++) {
-        snprintf(many + strlen(many), 6, "v%d,", i);
+        snprintf(many + strlen(many), 16, "v%d,", i);
         strcat(types, "BOOL,");
     }
     expect_refused(2, many, types, "one too many");
