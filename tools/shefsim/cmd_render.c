@@ -41,7 +41,7 @@ struct settings {
 
 static const struct shef_option options[] = {
     SHEF_OPT_NEEDED("scene", struct settings, scene, "NAME",
-                    "simple_boxes, complex_boxes, picnic, low_contrast, calibration, or a scene "
+                    "simple_boxes, complex_boxes, picnic, low_contrast, checkerboard, or a scene "
                     "file (.yaml)"),
     SHEF_OPT_TEXT("out", struct settings, out, "DIR", NULL,
                   "the recording to be: a new folder, or an empty one"),
@@ -160,11 +160,12 @@ static void report_done(const struct settings *settings, const struct sim_rig_re
     printf("  frames   %d, exposed for %.1f ms (%d instants), gain %.1f dB\n", report->n_frames,
            (double)report->exposure_ns * 1e-6, report->n_instants, report->gain_mdb * 1e-3);
     printf("  poses    %d\n", report->n_poses);
-    printf("  took     %.1f s, %.2f s of recording a second: events %.1f + %.1f + %.1f s "
-           "(render, sensor, write), frames %.1f + %.1f + %.1f s, truth %.1f s, end %.1f s\n",
-           report->total_s, report->seconds / report->total_s, report->events_render_s,
-           report->events_sensor_s, report->events_write_s, report->frames_render_s,
-           report->frames_sensor_s, report->frames_write_s, report->truth_s, report->closing_s);
+    printf(
+        "  took     %.1f s (CPU %.1f s), %.2f s of recording a second: events %.1f + %.1f + %.1f s "
+        "(render, sensor, write), frames %.1f + %.1f + %.1f s, truth %.1f s, end %.1f s\n",
+        report->total_s, report->cpu_s, report->seconds / report->total_s, report->events_render_s,
+        report->events_sensor_s, report->events_write_s, report->frames_render_s,
+        report->frames_sensor_s, report->frames_write_s, report->truth_s, report->closing_s);
 }
 
 static enum shef_err run(const void *opaque, struct shef_error *err)

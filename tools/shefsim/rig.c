@@ -130,6 +130,9 @@ static enum shef_err make_images(struct sim_rig *rig, struct shef_error *err)
 
     for (int32_t view = 0; code == SHEF_OK && view < SHEF_TRUTH_VIEWS; view++)
         code = make_maps(&rig->truth[view], rig->left.width_px, rig->left.height_px, err);
+    for (int32_t view = 0; code == SHEF_OK && view < SHEF_TRUTH_VIEWS; view++)
+        code = shef_image_create_u8(&rig->on_sensor[view], rig->left.width_px, rig->left.height_px,
+                                    err);
     if (code != SHEF_OK || rig->settings.without_frames)
         return code;
     code = shef_image_create_f32(&rig->frame_light, frame->width_px, frame->height_px, err);
@@ -224,8 +227,10 @@ enum shef_err sim_rig_create(struct sim_rig **out_rig, const struct sim_rig_sett
         code = open_views(rig, cpu_features, err);
     if (code == SHEF_OK)
         code = make_images(rig, err);
-    if (code == SHEF_OK)
+    if (code == SHEF_OK) {
+        sim_rig_find_sensors(rig);
         code = make_sensors(rig, cpu_features, err);
+    }
     if (code == SHEF_OK)
         *out_rig = rig;
     else
@@ -249,6 +254,7 @@ void sim_rig_destroy(struct sim_rig *rig)
         shef_image_destroy_f32(&rig->truth[view].depth_m);
         shef_image_destroy_f32(&rig->truth[view].disparity_px);
         shef_image_destroy_u8(&rig->truth[view].mask);
+        shef_image_destroy_u8(&rig->on_sensor[view]);
     }
     sim_view_destroy(rig->event_view);
     sim_view_destroy(rig->frame_view);

@@ -81,6 +81,7 @@ struct sim_rig_report {
     double truth_s;
     double closing_s;
     double total_s;
+    double cpu_s; /* of all threads, for all of it */
 };
 
 struct sim_rig_render_config {

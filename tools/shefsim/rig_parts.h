@@ -44,6 +44,7 @@ struct sim_rig {
     struct shef_image_i16 frame_object;
     struct shef_image_u8 frame;
     struct sim_rig_maps truth[SHEF_TRUTH_VIEWS];
+    struct shef_image_u8 on_sensor[SHEF_TRUTH_VIEWS]; /* 1 where a sensor sees the pixel */
     float (*tints)[3];
     /* Sensors. */
     struct sim_event_sensor *event_sensor;
@@ -81,6 +82,9 @@ void sim_rig_see_frame(struct sim_rig *rig, const struct sim_rig_frame *frame);
 
 /* The frame itself, from what see_frame() saw. */
 void sim_rig_expose(struct sim_rig *rig, const struct sim_rig_frame *frame);
+
+/* Finds which pixels of the rectified views lie on their sensors, once. */
+void sim_rig_find_sensors(struct sim_rig *rig);
 
 /* The truth of both rectified views at a time. */
 void sim_rig_see_truth(struct sim_rig *rig, int64_t t_ns);

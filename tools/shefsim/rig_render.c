@@ -1,3 +1,5 @@
+#include <time.h>
+
 #include "core/clock.h"
 #include "core/time.h"
 #include "shefsim/rig_images.h"
@@ -32,6 +34,15 @@ static void lap(struct lap *lap, double *seconds)
     if (seconds)
         *seconds += (double)(now_ns - lap->last_ns) * 1e-9;
     lap->last_ns = now_ns;
+}
+
+/* CPU time that the process has used. */
+static double cpu_s(void)
+{
+    struct timespec used;
+
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
+    return (double)used.tv_sec + (double)used.tv_nsec * 1e-9;
 }
 
 static enum shef_err announce_until(struct rendering *r, int64_t t_ns, struct shef_error *err)
@@ -231,6 +242,7 @@ enum shef_err sim_rig_render(struct sim_rig *rig, const struct sim_rig_render_co
     };
     struct lap total = { 0 };
     struct lap closing = { 0 };
+    const double cpu_before_s = cpu_s();
     enum shef_err code;
 
     lap(&total, NULL);
@@ -241,6 +253,7 @@ enum shef_err sim_rig_render(struct sim_rig *rig, const struct sim_rig_render_co
     code = end(&r, code, err);
     lap(&closing, &report.closing_s);
     lap(&total, &report.total_s);
+    report.cpu_s = cpu_s() - cpu_before_s;
     report.n_poses = r.n_poses;
     report.events = sim_event_sensor_stats(rig->event_sensor);
     if (code == SHEF_OK)

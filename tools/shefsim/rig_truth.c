@@ -17,41 +17,51 @@ static bool sees(struct shef_image_f32 depth_m, int32_t y, double x, double want
     return false;
 }
 
-/* Whether a rectified pixel lies on the side's sensor. */
-static bool is_on_sensor(const struct shef_rectification *side, double x, double y)
+void sim_rig_find_sensors(struct sim_rig *rig)
 {
-    double sensor_x;
-    double sensor_y;
+    for (int32_t view = 0; view < SHEF_TRUTH_VIEWS; view++) {
+        const struct shef_rectification *side = view == SHEF_TRUTH_LEFT ? &rig->left : &rig->right;
 
-    return shef_rectification_project(side, x, y, &sensor_x, &sensor_y) && sensor_x >= 0 &&
-           sensor_y >= 0 && sensor_x <= side->sensor_width_px - 1 &&
-           sensor_y <= side->sensor_height_px - 1;
+        for (int32_t y = 0; y < side->height_px; y++) {
+            uint8_t *row = shef_row_u8(rig->on_sensor[view], y);
+
+            for (int32_t x = 0; x < side->width_px; x++) {
+                double sensor_x;
+                double sensor_y;
+
+                row[x] = shef_rectification_project(side, x, y, &sensor_x, &sensor_y) &&
+                         sensor_x >= 0 && sensor_y >= 0 && sensor_x <= side->sensor_width_px - 1 &&
+                         sensor_y <= side->sensor_height_px - 1;
+            }
+        }
+    }
 }
 
 /* One row of one view, against the other. */
 static void compare_row(const struct sim_rig *rig, enum shef_truth_view view, int32_t y)
 {
     const bool is_left = view == SHEF_TRUTH_LEFT;
-    const struct shef_rectification *own = is_left ? &rig->left : &rig->right;
-    const struct shef_rectification *other = is_left ? &rig->right : &rig->left;
-    const struct shef_image_f32 other_depth =
-        rig->truth[is_left ? SHEF_TRUTH_RIGHT : SHEF_TRUTH_LEFT].depth_m;
+    const enum shef_truth_view other = is_left ? SHEF_TRUTH_RIGHT : SHEF_TRUTH_LEFT;
+    const uint8_t *own_sensor = shef_row_u8(rig->on_sensor[view], y);
+    const uint8_t *other_sensor = shef_row_u8(rig->on_sensor[other], y);
+    const double bf = rig->baseline_m * rig->left.f_px;
+    const int32_t width = rig->left.width_px;
     const float *depth = shef_row_f32(rig->truth[view].depth_m, y);
     float *disparity = shef_row_f32(rig->truth[view].disparity_px, y);
     uint8_t *mask = shef_row_u8(rig->truth[view].mask, y);
 
-    for (int32_t x = 0; x < own->width_px; x++) {
-        const double d = depth[x] > 0 ? rig->baseline_m * own->f_px / depth[x] : 0;
+    for (int32_t x = 0; x < width; x++) {
+        const double d = depth[x] > 0 ? bf / depth[x] : 0;
         const double other_x = is_left ? x - d : x + d;
-        const bool is_in_view = other_x >= 0 && other_x <= other->width_px - 1;
+        const bool is_in_view =
+            other_x >= 0 && other_x <= width - 1 && other_sensor[(int32_t)(other_x + 0.5)];
 
         disparity[x] = (float)d;
         mask[x] = 0;
-        if (d == 0 || !is_on_sensor(own, x, y))
+        if (d == 0 || !own_sensor[x])
             continue;
         mask[x] = SHEF_TRUTH_VALID;
-        if (!is_in_view || !is_on_sensor(other, other_x, y) ||
-            !sees(other_depth, y, other_x, depth[x]))
+        if (!is_in_view || !sees(rig->truth[other].depth_m, y, other_x, depth[x]))
             mask[x] |= SHEF_TRUTH_OCCLUDED;
     }
 }
