@@ -28,15 +28,34 @@ struct shef_thread_params shef_thread_params_of(const struct shef_config *config
     };
 }
 
-/* Without this the first deep call would fault pages in while data waits. */
-static __attribute__((noinline)) void touch_stack(size_t n_bytes)
+static __attribute__((noinline)) void touch_down(size_t n_bytes)
 {
     volatile unsigned char bytes[4096];
 
     bytes[0] = 1;
     if (n_bytes > sizeof bytes)
-        touch_stack(n_bytes - sizeof bytes);
+        touch_down(n_bytes - sizeof bytes);
     bytes[1] = bytes[0]; /* keeps the call above from becoming a loop over one frame */
+}
+
+/* Touches what is left of the calling thread's stack: without this the first deep call would
+ * fault pages in while data waits. Thread-local variables take a part of the stack, under a
+ * sanitizer most of it, so the end is asked for and not computed. */
+static void touch_stack(void)
+{
+    const size_t margin = 16 * 1024; /* for the frames' own overhead on the way down */
+    pthread_attr_t attributes;
+    void *end = NULL;
+    size_t n_bytes;
+    size_t n_left;
+
+    if (pthread_getattr_np(pthread_self(), &attributes) != 0)
+        return;
+    pthread_attr_getstack(&attributes, &end, &n_bytes);
+    pthread_attr_destroy(&attributes);
+    n_left = (size_t)((char *)__builtin_frame_address(0) - (char *)end);
+    if (n_left > 2 * margin)
+        touch_down(n_left - margin);
 }
 
 static void *thread_main(void *argument)
@@ -45,8 +64,7 @@ static void *thread_main(void *argument)
     struct shef_thread *thread = start->thread;
 
     thread->tid = (int32_t)syscall(SYS_gettid);
-    /* The last 32 KiB hold what the system put there and what is used already. */
-    touch_stack(thread->params.stack_bytes - 32 * 1024);
+    touch_stack();
     sem_post(&start->is_up);
     thread->fn(thread->context);
     return NULL;
