@@ -58,6 +58,11 @@ void shef_service_destroy(struct shef_service *service)
     free(service);
 }
 
+const struct shef_config *shef_service_config(const struct shef_service *service)
+{
+    return &service->config;
+}
+
 struct shef_service_progress shef_service_progress(const struct shef_service *service)
 {
     (void)service;

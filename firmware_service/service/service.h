@@ -43,6 +43,9 @@ SHEF_MUST_CHECK enum shef_err shef_service_register_commands(struct shef_service
                                                              struct shef_control *control,
                                                              struct shef_error *err);
 
+/* The settings in force: those of create(), with what apply() and commands have changed since. */
+const struct shef_config *shef_service_config(const struct shef_service *service);
+
 /* Takes over the settings of a reloaded configuration that are live; the caller has checked that
  * no other one differs. */
 SHEF_MUST_CHECK enum shef_err shef_service_apply(struct shef_service *service,

@@ -18,7 +18,7 @@ static json_t *row_to_json(const struct shef_config *config, const struct shef_c
 static enum shef_err answer_config(void *context, const json_t *arguments, json_t *answer,
                                    struct shef_error *err)
 {
-    const struct shef_config *config = context;
+    const struct shef_config *config = shef_service_config(context);
     json_t *list = json_array();
 
     (void)arguments;
@@ -33,8 +33,8 @@ static const struct shef_control_command commands[] = {
     { "config", "lists the settings in force", answer_config },
 };
 
-enum shef_err shef_config_command_register(struct shef_control *control, struct shef_config *config,
-                                           struct shef_error *err)
+enum shef_err shef_config_command_register(struct shef_control *control,
+                                           struct shef_service *service, struct shef_error *err)
 {
-    return shef_control_register(control, commands, 1, config, err);
+    return shef_control_register(control, commands, 1, service, err);
 }

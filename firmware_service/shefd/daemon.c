@@ -52,8 +52,6 @@ static void set_log_level(const struct shef_config *config)
             shef_log_set_level(levels[i].level);
 }
 
-/* ---- reload ----------------------------------------------------------------------------- */
-
 /* Counts what differs; the first setting that needs a restart is named. */
 static enum shef_err compare(const struct shef_config *now, const struct shef_config *wanted,
                              int *out_n_changed, struct shef_error *err)
@@ -87,7 +85,7 @@ static void reload(struct daemon *daemon)
                (long long)(shef_clock_now(shef_clock_monotonic()).ns / 1000));
     code = shef_shefd_config_load(daemon->options, &wanted, &err);
     if (code == SHEF_OK)
-        code = compare(&daemon->config, &wanted, &n_changed, &err);
+        code = compare(shef_service_config(daemon->service), &wanted, &n_changed, &err);
     if (code == SHEF_OK)
         code = shef_service_apply(daemon->service, &wanted, &err);
     if (code == SHEF_OK) {
@@ -99,8 +97,6 @@ static void reload(struct daemon *daemon)
     }
     sd_notify(0, "READY=1");
 }
-
-/* ---- what wakes the loop ---------------------------------------------------------------- */
 
 static void on_signal(void *context, uint32_t events)
 {
@@ -158,8 +154,6 @@ static void on_source_end(void *context, uint32_t events)
     daemon->outcome = SHEF_OK;
 }
 
-/* ---- start ------------------------------------------------------------------------------ */
-
 static enum shef_err open_signals(struct daemon *daemon, struct shef_error *err)
 {
     int fd;
@@ -213,7 +207,7 @@ static enum shef_err start_service(struct daemon *daemon, struct shef_error *err
     if (code == SHEF_OK)
         code = shef_service_register_commands(daemon->service, daemon->control, err);
     if (code == SHEF_OK)
-        code = shef_config_command_register(daemon->control, &daemon->config, err);
+        code = shef_config_command_register(daemon->control, daemon->service, err);
     if (code == SHEF_OK)
         code = shef_service_start(daemon->service, err);
     if (code != SHEF_OK)
