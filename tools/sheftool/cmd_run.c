@@ -35,7 +35,7 @@ static const struct shef_option options[] = {
     SHEF_OPT_FLAG("pictures", struct settings, pictures,
                   "also write pictures/N.png: frame, edges, disparity, and truth and errors where "
                   "the recording knows the truth"),
-    SHEF_OPT_FLAG("cloud", struct settings, cloud, "also write cloud/N.ply"),
+    SHEF_OPT_FLAG("cloud", struct settings, cloud, "also write cloud/N.ply and two views of it, cloud/N.png"),
     SHEF_OPT_END,
 };
 
@@ -258,7 +258,7 @@ const struct shef_command shef_command_run = {
         "  disparity/N.conf.pfm  confidence 0..1: the probability of |error| <= 1 px of f 555 px\n"
         "  depth/N.png           mm along the left camera's axis, 0 = none\n"
         "  sigma/N.png           its standard deviation, mm\n"
-        "  pictures/N.png, cloud/N.ply  if asked for\n"
+        "  pictures/N.png, cloud/N.ply and .png  if asked for\n"
         "  run.json              settings, counts, times, what each frame was like\n"
         "\n"
         "Modes:\n"

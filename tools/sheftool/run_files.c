@@ -7,6 +7,7 @@
 #include "core/memory.h"
 #include "core/pfm.h"
 #include "core/png_io.h"
+#include "sheftool/cloud_picture.h"
 
 #define CLOUD_LEAST_CONFIDENCE 0.5f
 #define CLOUD_FURTHEST_M       12.0f
@@ -86,6 +87,19 @@ static void fill_dense_depth(struct shef_run_files *files, const struct shef_dep
     }
 }
 
+static enum shef_err write_cloud_picture(const char *path, const struct shef_point *points,
+                                         int32_t n_points, struct shef_error *err)
+{
+    struct shef_image_rgb8 picture;
+    enum shef_err code = shef_cloud_picture_create(&picture, points, n_points, err);
+
+    if (code == SHEF_OK) {
+        code = shef_png_write_rgb8(path, picture, err);
+        shef_image_destroy_rgb8(&picture);
+    }
+    return code;
+}
+
 static enum shef_err write_cloud(struct shef_run_files *files, const struct shef_run_frame *frame,
                                  bool is_dense, struct shef_error *err)
 {
@@ -103,10 +117,15 @@ static enum shef_err write_cloud(struct shef_run_files *files, const struct shef
     const int32_t n = shef_point_cloud_fill(&view, files->points,
                                             files->geometry.width_px * files->geometry.height_px);
     char path[SHEF_PATH_BYTES];
-    const enum shef_err code = shef_output_folder_add(
-        files->folder, path, err, "cloud/%" PRIu64 ".ply", frame->frame->info.number);
+    enum shef_err code = shef_output_folder_add(files->folder, path, err, "cloud/%" PRIu64 ".ply",
+                                                frame->frame->info.number);
 
-    return code == SHEF_OK ? shef_point_cloud_write(path, files->points, n, err) : code;
+    if (code == SHEF_OK)
+        code = shef_point_cloud_write(path, files->points, n, err);
+    if (code == SHEF_OK)
+        code = shef_output_folder_add(files->folder, path, err, "cloud/%" PRIu64 ".png",
+                                      frame->frame->info.number);
+    return code == SHEF_OK ? write_cloud_picture(path, files->points, n, err) : code;
 }
 
 enum shef_err shef_run_files_write(struct shef_run_files *files, const struct shef_run_frame *frame,
