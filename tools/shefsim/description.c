@@ -1,7 +1,6 @@
 #include "shefsim/description.h"
 
 #include <cyaml/cyaml.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -294,15 +293,57 @@ static enum shef_err check(const struct text *text, const struct sim_description
     return code;
 }
 
-static enum shef_err fail_load(const char *label, cyaml_err_t problem,
-                               const struct complaint *complaint, struct shef_error *err)
+/* The line on which a key stands, at or after the line where its mapping begins. */
+static int line_of_key(const struct text *text, const char *key, int first_line)
 {
-    const char *reason = complaint->reason[0] ? complaint->reason : cyaml_strerror(problem);
+    const size_t length = strlen(key);
+    const char *at = (const char *)text->bytes;
+    const char *end = at + text->n_bytes;
+
+    for (int line = 1; at < end; line++) {
+        const char *line_end = memchr(at, '\n', (size_t)(end - at));
+        const char *found;
+
+        if (!line_end)
+            line_end = end;
+        found = line < first_line ? NULL : memmem(at, (size_t)(line_end - at), key, length);
+        if (found && found + length < line_end && strchr(": ", found[length]))
+            return line;
+        at = line_end + 1;
+    }
+    return first_line;
+}
+
+/* libcyaml's words in ours, where they would puzzle. */
+static enum shef_err fail_load(const struct text *text, cyaml_err_t problem,
+                               struct complaint *complaint, struct shef_error *err)
+{
+    static const char no_key[] = "Unexpected key: ";
+    static const char no_word[] = "Invalid ENUM value: ";
+    const char *reason = complaint->reason;
+    const size_t n = strlen(reason);
+    int line = complaint->line > 0 ? complaint->line : 1;
 
     if (problem == CYAML_ERR_OOM)
-        return shef_fail(err, SHEF_ERR_NO_MEMORY, "scene file '%s': out of memory", label);
-    return shef_fail(err, SHEF_ERR_FORMAT, "scene file '%s', line %d: %s", label,
-                     complaint->line > 0 ? complaint->line : 1, reason);
+        return shef_fail(err, SHEF_ERR_NO_MEMORY, "scene file '%s': out of memory", text->label);
+    if (n > 0 && reason[n - 1] == '.')
+        complaint->reason[n - 1] = '\0';
+    if (strncmp(reason, no_key, sizeof no_key - 1) == 0) {
+        const char *key = reason + sizeof no_key - 1;
+
+        line = line_of_key(text, key, line);
+        return shef_fail(err, SHEF_ERR_FORMAT,
+                         "scene file '%s', line %d: there is no field '%s' here; docs/scenes.md "
+                         "lists the fields",
+                         text->label, line, key);
+    }
+    if (strncmp(reason, no_word, sizeof no_word - 1) == 0)
+        return shef_fail(err, SHEF_ERR_FORMAT,
+                         "scene file '%s', line %d: there is no '%s'; docs/scenes.md lists the "
+                         "shapes and patterns",
+                         text->label, line, reason + sizeof no_word - 1);
+    return shef_fail(err, SHEF_ERR_FORMAT, "scene file '%s', line %d: %s", text->label, line,
+                     reason[0] ? reason : cyaml_strerror(problem));
 }
 
 enum shef_err sim_description_parse(struct sim_description **out_description, const char *label,
@@ -320,7 +361,10 @@ enum shef_err sim_description_parse(struct sim_description **out_description, co
     problem =
         cyaml_load_data(bytes, n_bytes, &config, &scene_value, (cyaml_data_t **)&description, NULL);
     if (problem != CYAML_OK)
-        return fail_load(label, problem, &complaint, err);
+        return fail_load(&text, problem, &complaint, err);
+    if (!description)
+        return shef_fail(err, SHEF_ERR_FORMAT, "scene file '%s', line 1: there is nothing in it",
+                         label);
     set_defaults(description);
     code = check(&text, description, err);
     if (code != SHEF_OK) {
