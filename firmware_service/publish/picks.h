@@ -1,0 +1,69 @@
+/* Which pixels are published, and their numbers as the messages write them.
+ *
+ * An image is divided into cells of step x step pixels. Of each cell the pixel with the highest
+ * confidence stands for it. Disparity, depth and cloud all speak of the same pixels. The layouts
+ * are described in lcm_types/. Nothing here allocates after create(). Thread: one at a time. */
+#ifndef SHEF_PUBLISH_PICKS_H
+#define SHEF_PUBLISH_PICKS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "core/error.h"
+#include "core/image.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define SHEF_PICKS_MAX_STEP 16
+
+struct shef_picks {
+    /* Set by create, then read-only. */
+    int32_t width_px;
+    int32_t height_px;
+    /* Of the last choose(). */
+    int32_t grid_step;
+    int32_t grid_w;
+    int32_t grid_h;
+    int32_t mask_bytes;  /* of a row of the mask */
+    uint8_t *mask;       /* grid_h rows; bit gx % 8 of byte gx / 8: the cell has a pixel */
+    uint32_t *pixels;    /* y * width_px + x of each, row by row of the grid */
+    uint32_t *row_start; /* grid_h + 1: where a row of the grid begins in pixels */
+};
+
+/* Allocates for images of one size, 1 to 16384 px a side. */
+SHEF_MUST_CHECK enum shef_err shef_picks_create(struct shef_picks *out_picks, int32_t width_px,
+                                                int32_t height_px, struct shef_error *err);
+
+/* A zeroed struct is allowed. */
+void shef_picks_destroy(struct shef_picks *picks);
+
+/* Chooses a pixel for each cell that has one with a value in least..most.
+ *   value       0 or NaN: none
+ *   confidence  of two alike, the upper, then the left one is taken
+ *   step        1 to SHEF_PICKS_MAX_STEP */
+void shef_picks_choose(struct shef_picks *picks, struct shef_image_f32 value,
+                       struct shef_image_f32 confidence, int32_t step, float least, float most);
+
+/* The unit of disparity codes: 1/32 px, doubled until max_disparity_px fits into 12 bits. */
+float shef_disparity_unit_px(float max_disparity_px);
+
+/* 12 bits of disparity, nearest, 4 of confidence above them.
+ *   disparity_px  codes 1..4095 of 1 / per_px; what would be 0 or more than 4095 becomes 0, none
+ *   confidence    clamped to 0..1 */
+uint16_t shef_disparity_code(float disparity_px, float confidence, float per_px);
+
+#define SHEF_DEPTH_UNIT_M 0.00025f
+
+/* Nearest multiple of 0.25 mm; 0 where that is 0 or more than 65535. */
+uint16_t shef_depth_code(float depth_m);
+
+/* Never understates: 4 bits of exponent, 4 of mantissa, rounded up. NaN gives the largest. */
+uint8_t shef_sigma_code(float sigma_m);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
