@@ -104,8 +104,10 @@ static enum shef_err check_peer(struct shef_control *control, int fd, struct she
                          (unsigned)peer.uid);
     }
     if (control->n_clients >= control->max_clients)
-        return shef_fail(err, SHEF_ERR_FULL, "%d clients are connected already; try again later",
-                         control->n_clients);
+        return shef_fail(
+            err, SHEF_ERR_FULL,
+            "the limit of %d connections is reached (control.max_clients); try again later",
+            control->max_clients);
     return SHEF_OK;
 }
 

@@ -270,7 +270,7 @@ static void test_one_client_too_many_is_told_so(void)
     for (int i = 0; i < MAX_CLIENTS; i++)
         fds[i] = connect_now();
     late = connect_now();
-    TEST_ASSERT_NOT_NULL(strstr(heard(late), "4 clients are connected already"));
+    TEST_ASSERT_NOT_NULL(strstr(heard(late), "the limit of 4 connections is reached"));
     TEST_ASSERT_TRUE(is_dropped(late));
     close(late);
     for (int i = 0; i < MAX_CLIENTS; i++)
