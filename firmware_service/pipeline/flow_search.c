@@ -25,6 +25,7 @@
 #define MIN_EVENTS (127.0 * 127.0 * 0.01)
 /* A direction along all of a block's edges is as weak as if a hundredth of them crossed it. */
 #define LEAST_SHARE 0.01F
+#define MIN_BLOCKS  4 /* a significance needs a spread */
 
 struct block {
     struct shef_flow_slope_sums slopes;
@@ -59,8 +60,7 @@ struct shef_flow_search_params shef_flow_search_default_params(
     return (struct shef_flow_search_params){
         .first_disparity_px = 4 * profile->f_px / 555,
         .last_disparity_px = fmin(48 * profile->f_px / 555, MAX_DISPARITY),
-        .min_score = 0.02,
-        .no_motion_margin = 0.10,
+        .min_significance = 3.5,
         .sure_margin = 0.20,
     };
 }
@@ -80,12 +80,11 @@ static enum shef_err check(const struct shef_rectification *profile,
                          "search for the flow at disparities %g to %g px: they must be 0 to %g, in "
                          "order",
                          p->first_disparity_px, p->last_disparity_px, MAX_DISPARITY);
-    if (!(p->min_score >= 0 && p->min_score <= 1 && p->no_motion_margin >= 0 &&
-          p->sure_margin >= p->no_motion_margin && p->sure_margin <= 1))
+    if (!(p->min_significance >= 0 && p->sure_margin >= 0 && p->sure_margin <= 1))
         return shef_fail(err, SHEF_ERR_INVALID,
-                         "search for the flow from a score of %g and margins of %g and %g on: they "
-                         "must be 0 to 1, the margins in order",
-                         p->min_score, p->no_motion_margin, p->sure_margin);
+                         "search for the flow from a significance of %g and a margin of %g on: "
+                         "they must be 0 or more, the margin at most 1",
+                         p->min_significance, p->sure_margin);
     return SHEF_OK;
 }
 
@@ -262,6 +261,12 @@ static void match_blocks(struct shef_flow_search *search)
     }
 }
 
+static bool is_used(const struct block *block)
+{
+    return (double)block->slopes.xx + block->slopes.yy >=
+           MIN_SLOPE * MIN_SLOPE * BLOCK_PX * BLOCK_PX;
+}
+
 /* The mean score of each direction over the blocks that have edges. Returns the best one. */
 static int32_t add_scores(const struct shef_flow_search *search, double *out_scores)
 {
@@ -270,9 +275,8 @@ static int32_t add_scores(const struct shef_flow_search *search, double *out_sco
 
     for (int32_t b = 0; b < search->n_blocks; b++) {
         const struct block *block = &search->blocks[b];
-        const double slopes = (double)block->slopes.xx + block->slopes.yy;
 
-        n_used += slopes >= MIN_SLOPE * MIN_SLOPE * BLOCK_PX * BLOCK_PX;
+        n_used += is_used(block);
         for (int k = 0; k < N_DIRECTIONS; k++)
             out_scores[k] += block->scores[k];
     }
@@ -282,6 +286,33 @@ static int32_t add_scores(const struct shef_flow_search *search, double *out_sco
             best = k;
     }
     return best;
+}
+
+/* How many standard deviations the mean lead of direction k over its opposite is above zero, over
+ * the blocks that have edges. Where nothing moves, both are chance. */
+static double significance_of(const struct shef_flow_search *search, int32_t k)
+{
+    const int32_t opposite = (k + N_DIRECTIONS / 2) % N_DIRECTIONS;
+    double sum = 0;
+    double squares = 0;
+    int32_t n = 0;
+
+    for (int32_t b = 0; b < search->n_blocks; b++) {
+        const struct block *block = &search->blocks[b];
+        const double lead = (double)block->scores[k] - (double)block->scores[opposite];
+
+        if (!is_used(block))
+            continue;
+        sum += lead;
+        squares += lead * lead;
+        n++;
+    }
+    if (n < MIN_BLOCKS)
+        return 0;
+
+    const double variance = (squares - sum * sum / n) / (n - 1);
+
+    return variance > 0 ? sum / sqrt(variance * n) : 0;
 }
 
 /* The flow u that explains events e best, e = -(gx, gy) . u, over all blocks, each at the disparity
@@ -333,11 +364,12 @@ void shef_flow_search_run(struct shef_flow_search *search, struct shef_image_u8 
         for (int k = N_DIRECTIONS / 4; k <= N_DIRECTIONS * 3 / 4; k++)
             away = fmax(away, flow.direction_scores[(best + k) % N_DIRECTIONS]);
         flow.margin = 1 - away / flow.score;
+        flow.significance = significance_of(search, best);
         flow.direction_rad = best_fit(search, best);
         flow.camera_velocity[0] = -cos(flow.direction_rad);
         flow.camera_velocity[1] = -sin(flow.direction_rad);
     }
-    if (flow.score >= search->params.min_score && flow.margin >= search->params.no_motion_margin)
+    if (flow.significance >= search->params.min_significance)
         flow.state = flow.margin >= search->params.sure_margin ? SHEF_FLOW_FOUND : SHEF_FLOW_UNSURE;
     *out_flow = flow;
 }

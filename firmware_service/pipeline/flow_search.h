@@ -29,9 +29,8 @@ extern "C" {
 struct shef_flow_search_params {
     double first_disparity_px; /* 0..128, of the profile */
     double last_disparity_px;
-    double min_score;        /* below: no motion; 0..1 */
-    double no_motion_margin; /* below: no motion; 0..1 */
-    double sure_margin;      /* below: the direction is not sure; no_motion_margin..1 */
+    double min_significance; /* below: no motion; standard deviations, 0 or more */
+    double sure_margin;      /* below: the direction is not sure; 0..1 */
 };
 
 /* Disparities 4..48 px at f 555, more in proportion to f. */
@@ -48,10 +47,14 @@ struct shef_flow {
     enum shef_flow_state state;
     /* The best direction, whatever the state; 0 if there are no edges at all. */
     double direction_rad;      /* of the flow of the picture, 0: right, pi/2: down; -pi..pi */
-    double camera_velocity[3]; /* the opposite of it, of length 1, z 0: what frame_edges.h takes */
+    double camera_velocity[3]; /* the opposite of it, of length 1, z 0: what frame_edges.h takes.
+                                * Motion along z beside it turns the flow a little from place to
+                                * place and is not found; motion along z alone is not, either */
     double score;  /* mean correlation of the blocks at the best of the 16 directions, 0..1 */
     double margin; /* share of the score that the best direction 90 degrees or more away lacks,
                     * 0..1 */
+    double significance; /* of the lead over the opposite direction, over all blocks, in standard
+                          * deviations; by chance seldom above 3 */
     double direction_scores[SHEF_FLOW_DIRECTIONS]; /* of flow along k * 22.5 degrees */
 };
 

@@ -239,8 +239,11 @@ static void test_settings_out_of_range_are_refused_with_a_reason(void)
     params.last_disparity_px = 200;
     refused("disparities 2 to 200");
     params = shef_flow_search_default_params(&profile);
-    params.sure_margin = 0.01;
-    refused("margins in order");
+    params.sure_margin = 1.01;
+    refused("the margin at most 1");
+    params = shef_flow_search_default_params(&profile);
+    params.min_significance = NAN;
+    refused("significance of nan");
 }
 
 static void test_odd_sizes_and_the_smallest_one_work(void)
