@@ -12,6 +12,7 @@
 #include "core/cpu.h"
 #include "core/memory.h"
 #include "core/png_io.h"
+#include "shefsim/scene_internal.h"
 #include "shefsim/view.h"
 
 #define N_RUNS 12
@@ -97,6 +98,7 @@ int main(int argc, char **argv)
     const struct shef_rigid pose = shef_rigid_identity();
     struct shef_error err = { 0 };
     struct sim_scene *scene = NULL;
+    int64_t n_texels = 0;
     struct shef_image_f32 event_image;
     struct shef_image_f32 frame_image;
     struct shef_image_i16 object;
@@ -109,6 +111,9 @@ int main(int argc, char **argv)
 
     must(sim_scene_open(&scene, argv[1], &options, &err), &err);
     printf("scene made          %8.1f ms\n", now_ms() - start);
+    for (int32_t i = 0; i < scene->n_surfaces; i++)
+        n_texels += (int64_t)scene->surfaces[i].texture.width * scene->surfaces[i].texture.height;
+    printf("surfaces            %8d, %.1f million texels\n", scene->n_surfaces, 1e-6 * n_texels);
     must(shef_image_create_f32(&event_image, 640, 480, &err), &err);
     must(shef_image_create_f32(&frame_image, 2048, 1536, &err), &err);
     must(shef_image_create_i16(&object, 640, 480, &err), &err);

@@ -23,66 +23,80 @@ static void widen(struct sim_tile_bounds *bounds, float x, float y)
 
 static const struct sim_tile_bounds empty = { { 1e9f, -1e9f }, { 1e9f, -1e9f } };
 
+/* Rays in the making. */
+struct fill {
+    struct sim_ray_grid *grid;
+    const struct shef_camera_model *camera;
+    int32_t supersample;
+    int32_t *blind_px; /* per row of tiles: x and y of a pixel that sees nothing, else -1 */
+};
+
 /* The rays of one row of pixels within a tile. Pixels past the image's edge repeat the last. */
-static enum shef_err fill_row(struct sim_ray_grid *grid, const struct sim_view_params *params,
-                              int32_t supersample, int32_t y, int32_t column, float *out_rays,
-                              struct shef_error *err)
+static void fill_row(const struct fill *fill, int32_t y, int32_t column, float *out_rays)
 {
-    struct sim_tile_bounds *bounds =
-        grid->tiles + (size_t)(y / SIM_TILE_ROWS) * (size_t)grid->n_columns + column;
+    struct sim_ray_grid *grid = fill->grid;
+    const int32_t row = y / SIM_TILE_ROWS;
+    struct sim_tile_bounds *bounds = grid->tiles + (ptrdiff_t)row * grid->n_columns + column;
+    const double n = fill->supersample;
 
     for (int32_t k = 0; k < grid->n_subs; k++)
         for (int32_t i = 0; i < SIM_TRACE_LANES; i++) {
             const int32_t x = least(column * SIM_TRACE_LANES + i, grid->width_px - 1);
-            const double sub_x = (k % supersample + .5) / supersample - .5;
-            const double sub_y = (double)(k / supersample) / supersample + .5 / supersample - .5;
-            double direction[3];
+            const double sub_x = (k % fill->supersample + .5) / n - .5;
+            const double sub_y = ((double)(k / fill->supersample) + .5) / n - .5;
+            double direction[3] = { 0, 0, 1 };
 
-            if (!shef_camera_unproject(&params->camera, x + sub_x, y + sub_y, direction))
-                return shef_fail(err, SHEF_ERR_INVALID,
-                                 "view of %d x %d px: the lens model sees nothing at pixel "
-                                 "(%d, %d); check its distortion",
-                                 grid->width_px, grid->height_px, x, y);
+            if (!shef_camera_unproject(fill->camera, x + sub_x, y + sub_y, direction)) {
+                fill->blind_px[2 * row] = x;
+                fill->blind_px[2 * row + 1] = y;
+            }
             out_rays[2 * SIM_TRACE_LANES * k + i] = (float)direction[0];
             out_rays[2 * SIM_TRACE_LANES * k + SIM_TRACE_LANES + i] = (float)direction[1];
             widen(bounds, (float)direction[0], (float)direction[1]);
         }
-    return SHEF_OK;
 }
 
-static enum shef_err fill(struct sim_ray_grid *grid, const struct sim_view_params *params,
-                          int32_t supersample, struct shef_error *err)
+static void fill_tiles(void *opaque, int32_t row, int32_t worker)
 {
+    const struct fill *fill = opaque;
+    struct sim_ray_grid *grid = fill->grid;
     const size_t row_floats = (size_t)grid->n_subs * 2 * SIM_TRACE_LANES;
-    enum shef_err code = SHEF_OK;
+    const int32_t end = least((row + 1) * SIM_TILE_ROWS, grid->height_px);
 
-    for (int32_t t = 0; t < grid->n_rows * grid->n_columns; t++)
-        grid->tiles[t] = empty;
-    for (int32_t y = 0; code == SHEF_OK && y < grid->height_px; y++)
-        for (int32_t column = 0; code == SHEF_OK && column < grid->n_columns; column++) {
-            const size_t tile =
-                (size_t)(y / SIM_TILE_ROWS) * (size_t)grid->n_columns + (size_t)column;
+    (void)worker;
+    fill->blind_px[2 * row] = -1;
+    grid->rows[row] = empty;
+    for (int32_t column = 0; column < grid->n_columns; column++) {
+        const ptrdiff_t tile = (ptrdiff_t)row * grid->n_columns + column;
+        float *rays = grid->rays + (size_t)tile * tile_floats(grid);
 
-            code = fill_row(grid, params, supersample, y, column,
-                            grid->rays + tile * tile_floats(grid) +
-                                (size_t)(y % SIM_TILE_ROWS) * row_floats,
-                            err);
-        }
-    for (int32_t r = 0; r < grid->n_rows; r++) {
-        grid->rows[r] = empty;
-        for (int32_t c = 0; c < grid->n_columns; c++) {
-            const struct sim_tile_bounds *tile = &grid->tiles[r * grid->n_columns + c];
-
-            widen(&grid->rows[r], tile->x[0], tile->y[0]);
-            widen(&grid->rows[r], tile->x[1], tile->y[1]);
-        }
+        grid->tiles[tile] = empty;
+        for (int32_t y = row * SIM_TILE_ROWS; y < end; y++, rays += row_floats)
+            fill_row(fill, y, column, rays);
+        widen(&grid->rows[row], grid->tiles[tile].x[0], grid->tiles[tile].y[0]);
+        widen(&grid->rows[row], grid->tiles[tile].x[1], grid->tiles[tile].y[1]);
     }
-    return code;
+}
+
+static enum shef_err fill_all(struct fill *fill, struct shef_workers *workers,
+                              struct shef_error *err)
+{
+    const struct sim_ray_grid *grid = fill->grid;
+
+    shef_workers_run(workers, fill_tiles, fill, grid->n_rows);
+    for (int32_t row = 0; row < grid->n_rows; row++)
+        if (fill->blind_px[2 * row] >= 0)
+            return shef_fail(err, SHEF_ERR_INVALID,
+                             "view of %d x %d px: the lens model sees nothing at pixel (%d, %d); "
+                             "check its distortion",
+                             grid->width_px, grid->height_px, fill->blind_px[2 * row],
+                             fill->blind_px[2 * row + 1]);
+    return SHEF_OK;
 }
 
 enum shef_err sim_ray_grid_create(struct sim_ray_grid *out_grid,
                                   const struct sim_view_params *params, int32_t supersample,
-                                  struct shef_error *err)
+                                  struct shef_workers *workers, struct shef_error *err)
 {
     struct sim_ray_grid grid = {
         .n_subs = supersample * supersample,
@@ -92,16 +106,19 @@ enum shef_err sim_ray_grid_create(struct sim_ray_grid *out_grid,
         .height_px = params->height_px,
     };
     const size_t n_tiles = (size_t)grid.n_columns * (size_t)grid.n_rows;
+    struct fill fill = { &grid, &params->camera, supersample, NULL };
     enum shef_err code;
 
     grid.rays = shef_memory_create(n_tiles, tile_floats(&grid) * sizeof *grid.rays);
     grid.tiles = calloc(n_tiles, sizeof *grid.tiles);
     grid.rows = calloc((size_t)grid.n_rows, sizeof *grid.rows);
-    if (grid.rays && grid.tiles && grid.rows)
-        code = fill(&grid, params, supersample, err);
+    fill.blind_px = calloc((size_t)grid.n_rows, 2 * sizeof *fill.blind_px);
+    if (grid.rays && grid.tiles && grid.rows && fill.blind_px)
+        code = fill_all(&fill, workers, err);
     else
         code = shef_fail(err, SHEF_ERR_NO_MEMORY, "view of %d x %d px: out of memory",
                          params->width_px, params->height_px);
+    free(fill.blind_px);
     if (code != SHEF_OK) {
         sim_ray_grid_destroy(&grid);
         return code;

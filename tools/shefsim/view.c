@@ -90,9 +90,9 @@ enum shef_err sim_view_create(struct sim_view **out_view, const struct sim_scene
     if (!allocate(view))
         code = shef_fail(err, SHEF_ERR_NO_MEMORY, "view: out of memory");
     if (code == SHEF_OK)
-        code = sim_ray_grid_create(&view->light, params, params->supersample, err);
+        code = sim_ray_grid_create(&view->light, params, params->supersample, workers, err);
     if (code == SHEF_OK && params->supersample > 1)
-        code = sim_ray_grid_create(&view->depth, params, 1, err);
+        code = sim_ray_grid_create(&view->depth, params, 1, workers, err);
     if (code != SHEF_OK) {
         sim_view_destroy(view);
         return code;
