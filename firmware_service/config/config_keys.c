@@ -100,13 +100,18 @@ static enum shef_err take_key(struct walk *walk, const yaml_event_t *event)
 
 static enum shef_err take_value(struct walk *walk, const yaml_event_t *event)
 {
-    if (is_section(walk->path))
+    if (!is_section(walk->path)) {
+        walk->has_key = false;
+        return SHEF_OK;
+    }
+    if (event->data.scalar.length == 0)
         return shef_fail(walk->err, SHEF_ERR_INVALID,
-                         "%s, line %d: '%s' is a section: its settings belong on the next lines, "
-                         "further to the right",
+                         "%s, line %d: the section '%s' is empty; remove this line as well",
                          walk->name, line_of(event), walk->path);
-    walk->has_key = false;
-    return SHEF_OK;
+    return shef_fail(walk->err, SHEF_ERR_INVALID,
+                     "%s, line %d: '%s' is a section: its settings belong on the next lines, "
+                     "further to the right",
+                     walk->name, line_of(event), walk->path);
 }
 
 static enum shef_err take_mapping(struct walk *walk, const yaml_event_t *event)

@@ -130,6 +130,12 @@ static void test_a_wrong_type_is_named_with_its_line(void)
                                 "next line, '  key: value'");
 }
 
+static void test_a_section_without_settings_is_refused_with_its_line(void)
+{
+    expect_sentence("log:\n  # level: debug\ndepth:\n  workers: 3\n",
+                    "shefd.yaml, line 1: the section 'log' is empty; remove this line as well");
+}
+
 static void test_a_number_out_of_range_is_refused_on_both_sides(void)
 {
     TEST_ASSERT_EQUAL(SHEF_OK, parse("depth:\n  max_disparity_px: 16\n"));
@@ -253,6 +259,7 @@ int main(void)
     RUN_TEST(test_a_key_in_the_wrong_section_gets_a_hint);
     RUN_TEST(test_a_key_with_dots_is_explained);
     RUN_TEST(test_a_wrong_type_is_named_with_its_line);
+    RUN_TEST(test_a_section_without_settings_is_refused_with_its_line);
     RUN_TEST(test_a_number_out_of_range_is_refused_on_both_sides);
     RUN_TEST(test_a_word_outside_its_list_is_refused_with_the_list);
     RUN_TEST(test_a_key_given_twice_is_refused);
