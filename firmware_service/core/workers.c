@@ -95,7 +95,23 @@ static void start_round(struct shef_workers *team)
     wake(&team->round, INT_MAX);
 }
 
-struct shef_workers *shef_workers_create(int32_t n_threads, struct shef_error *err)
+static int start_helper(struct worker *helper, size_t stack_bytes)
+{
+    pthread_attr_t attributes;
+    int failure = pthread_attr_init(&attributes);
+
+    if (failure != 0)
+        return failure;
+    if (stack_bytes > 0)
+        failure = pthread_attr_setstacksize(&attributes, stack_bytes);
+    if (failure == 0)
+        failure = pthread_create(&helper->thread, &attributes, helper_main, helper);
+    pthread_attr_destroy(&attributes);
+    return failure;
+}
+
+/* stack_bytes 0: as large as the system makes them. */
+static struct shef_workers *create(int32_t n_threads, size_t stack_bytes, struct shef_error *err)
 {
     if (n_threads < 1 || n_threads > MAX_THREADS) {
         (void)shef_fail(err, SHEF_ERR_INVALID, "%d worker threads: must be 1 to %d", n_threads,
@@ -120,7 +136,7 @@ struct shef_workers *shef_workers_create(int32_t n_threads, struct shef_error *e
 
         *helper = (struct worker){ .team = team, .index = team->n_threads };
 
-        const int failure = pthread_create(&helper->thread, NULL, helper_main, helper);
+        const int failure = start_helper(helper, stack_bytes);
 
         if (failure != 0) {
             (void)shef_fail_os(err, failure, "start worker thread %d of %d", team->n_threads + 1,
@@ -131,6 +147,24 @@ struct shef_workers *shef_workers_create(int32_t n_threads, struct shef_error *e
         team->n_threads++;
     }
     return team;
+}
+
+struct shef_workers *shef_workers_create(int32_t n_threads, struct shef_error *err)
+{
+    return create(n_threads, 0, err);
+}
+
+struct shef_workers *shef_workers_create_sized(int32_t n_threads, size_t stack_bytes,
+                                               struct shef_error *err)
+{
+    assert(stack_bytes >= 65536);
+    return create(n_threads, stack_bytes, err);
+}
+
+pthread_t shef_workers_handle(const struct shef_workers *workers, int32_t worker)
+{
+    assert(worker >= 1 && worker < workers->n_threads);
+    return workers->helpers[worker - 1].thread;
 }
 
 int32_t shef_workers_count(const struct shef_workers *workers)

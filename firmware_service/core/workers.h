@@ -7,6 +7,8 @@
 #ifndef SHEF_CORE_WORKERS_H
 #define SHEF_CORE_WORKERS_H
 
+#include <pthread.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "core/error.h"
@@ -25,6 +27,16 @@ typedef void shef_task_fn(void *context, int32_t task, int32_t worker);
 /* Starts n_threads - 1 threads (1..64 threads in all).            Thread: setup.
  * Returns NULL and a sentence in err on failure. */
 struct shef_workers *shef_workers_create(int32_t n_threads, struct shef_error *err);
+
+/* The same with stacks of a stated size, where all memory is locked and the system's usual 8 MB
+ * would be paid in full.
+ *   stack_bytes  whole pages, 65536 or more */
+struct shef_workers *shef_workers_create_sized(int32_t n_threads, size_t stack_bytes,
+                                               struct shef_error *err);
+
+/* A thread of the team, to set its name, priority or processor.
+ *   worker  1..n_threads-1; worker 0 is whoever calls run() */
+pthread_t shef_workers_handle(const struct shef_workers *workers, int32_t worker);
 
 /* How many threads work, the caller included. */
 int32_t shef_workers_count(const struct shef_workers *workers);

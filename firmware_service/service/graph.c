@@ -11,6 +11,8 @@ struct node {
     struct shef_graph_thread_row row;
     struct shef_thread_params params;
     struct shef_thread thread;
+    struct shef_workers *workers; /* in place of the thread, or NULL */
+    bool real_time_given;         /* asked for and granted, to the thread or all the workers */
     struct shef_wake wake;
 };
 
@@ -172,32 +174,64 @@ struct shef_wake *shef_graph_wake(struct shef_graph *graph, const char *thread)
     return &node->wake;
 }
 
+static bool is_running(const struct node *node)
+{
+    return node->thread.is_running || node->workers;
+}
+
+/* Whoever asked for real time and did not get it: one warning for all. */
+static void note_real_time(struct shef_graph *graph, struct node *node, bool given)
+{
+    node->real_time_given = node->params.policy == SHEF_POLICY_FIFO && given;
+    if (node->params.policy != SHEF_POLICY_FIFO || given || graph->warned_of_real_time)
+        return;
+    graph->warned_of_real_time = true;
+    shef_log(SHEF_LOG_WARNING,
+             "real-time priorities are not allowed for this user, so other programs may delay "
+             "the service; start it by systemd, or raise the limit 'rtprio' (ulimit -r)");
+}
+
 enum shef_err shef_graph_start(struct shef_graph *graph, const char *thread, shef_thread_fn *fn,
                                void *context, struct shef_error *err)
 {
     struct node *node = find_node(graph, thread);
 
-    assert(node && !node->thread.is_running);
+    assert(node && !is_running(node));
 
     const enum shef_err code = shef_thread_start(&node->thread, &node->params, fn, context, err);
 
     if (code != SHEF_OK)
         return code;
     graph->started[graph->n_started++] = (int)(node - graph->nodes);
-    if (node->params.policy == SHEF_POLICY_FIFO && !node->thread.real_time_given &&
-        !graph->warned_of_real_time) {
-        graph->warned_of_real_time = true;
-        shef_log(SHEF_LOG_WARNING,
-                 "real-time priorities are not allowed for this user, so other programs may delay "
-                 "the service; start it by systemd, or raise the limit 'rtprio' (ulimit -r)");
+    note_real_time(graph, node, node->thread.real_time_given);
+    return SHEF_OK;
+}
+
+enum shef_err shef_graph_adopt_workers(struct shef_graph *graph, const char *thread,
+                                       struct shef_workers *workers, struct shef_error *err)
+{
+    struct node *node = find_node(graph, thread);
+    bool all_given = true;
+
+    assert(node && !is_running(node));
+    for (int32_t i = 1; i < shef_workers_count(workers); i++) {
+        bool given;
+        const enum shef_err code =
+            shef_thread_adopt(shef_workers_handle(workers, i), &node->params, &given, err);
+
+        if (code != SHEF_OK)
+            return code;
+        all_given = all_given && given;
     }
+    node->workers = workers;
+    note_real_time(graph, node, all_given);
     return SHEF_OK;
 }
 
 enum shef_err shef_graph_check_complete(const struct shef_graph *graph, struct shef_error *err)
 {
     for (int i = 0; i < graph->n_nodes; i++)
-        if (!graph->nodes[i].thread.is_running)
+        if (!is_running(&graph->nodes[i]))
             return shef_fail(err, SHEF_ERR_INVALID, "wiring: thread '%s' was not started",
                              graph->nodes[i].row.name);
     for (int i = 0; i < graph->n_links; i++) {
@@ -218,29 +252,44 @@ void shef_graph_stop(struct shef_graph *graph)
         shef_wake_signal(&node->wake);
         shef_thread_join(&node->thread);
     }
+    for (int i = 0; i < graph->n_nodes; i++)
+        graph->nodes[i].workers = NULL;
 }
 
 bool shef_graph_has_real_time(const struct shef_graph *graph)
 {
     for (int i = 0; i < graph->n_nodes; i++)
-        if (graph->nodes[i].params.policy == SHEF_POLICY_FIFO &&
-            !graph->nodes[i].thread.real_time_given)
+        if (graph->nodes[i].params.policy == SHEF_POLICY_FIFO && !graph->nodes[i].real_time_given)
             return false;
     return true;
+}
+
+static int64_t cpu_ns_of(const struct node *node)
+{
+    int64_t sum_ns = 0;
+
+    if (!node->workers)
+        return shef_thread_cpu_ns(&node->thread);
+    for (int32_t i = 1; i < shef_workers_count(node->workers); i++) {
+        const int64_t used_ns = shef_thread_handle_cpu_ns(shef_workers_handle(node->workers, i));
+
+        sum_ns += used_ns > 0 ? used_ns : 0;
+    }
+    return sum_ns;
 }
 
 int64_t shef_graph_cpu_ns(const struct shef_graph *graph, const char *thread)
 {
     for (int i = 0; i < graph->n_nodes; i++)
         if (strcmp(graph->nodes[i].row.name, thread) == 0)
-            return shef_thread_cpu_ns(&graph->nodes[i].thread);
+            return cpu_ns_of(&graph->nodes[i]);
     return -1;
 }
 
 static json_t *thread_to_json(const struct node *node)
 {
     const bool is_fifo = node->params.policy == SHEF_POLICY_FIFO;
-    const bool has_it = is_fifo && node->thread.real_time_given;
+    const bool has_it = is_fifo && node->real_time_given;
     json_t *object = json_pack("{s:s, s:s, s:b}", "name", node->row.name, "policy",
                                is_fifo ? "fifo" : "normal", "granted", !is_fifo || has_it);
 
@@ -252,7 +301,7 @@ static json_t *thread_to_json(const struct node *node)
     json_object_set_new(object, "deadline_ms",
                         node->row.deadline_ms > 0 ? json_integer(node->row.deadline_ms)
                                                   : json_null());
-    json_object_set_new(object, "running", json_boolean(node->thread.is_running));
+    json_object_set_new(object, "running", json_boolean(is_running(node)));
     return object;
 }
 

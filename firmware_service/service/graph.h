@@ -17,6 +17,7 @@
 #include "core/error.h"
 #include "core/ring.h"
 #include "core/wake.h"
+#include "core/workers.h"
 #include "service/thread.h"
 
 #ifdef __cplusplus
@@ -88,6 +89,12 @@ SHEF_MUST_CHECK enum shef_err shef_graph_start(struct shef_graph *graph, const c
                                                shef_thread_fn *fn, void *context,
                                                struct shef_error *err);
 
+/* Puts the helpers of a team in the place of a thread of the table: name, policy, priority and
+ * processor. They stay the team's; after stop() the table no longer counts them as running. */
+SHEF_MUST_CHECK enum shef_err shef_graph_adopt_workers(struct shef_graph *graph, const char *thread,
+                                                       struct shef_workers *workers,
+                                                       struct shef_error *err);
+
 /* SHEF_ERR_INVALID: a thread was never started, or an end of a ring never fetched. */
 SHEF_MUST_CHECK enum shef_err shef_graph_check_complete(const struct shef_graph *graph,
                                                         struct shef_error *err);
@@ -103,7 +110,8 @@ bool shef_graph_has_real_time(const struct shef_graph *graph);
  * what waits in them now. NULL: out of memory.                    Thread: control. */
 json_t *shef_graph_to_json(const struct shef_graph *graph);
 
-/* Processor time of a thread of the table so far, in ns; -1: not running.  Thread: control. */
+/* Processor time of a thread of the table so far, of adopted workers in all, in ns; -1: not
+ * running.                                                        Thread: control. */
 int64_t shef_graph_cpu_ns(const struct shef_graph *graph, const char *thread);
 
 /* Copies one item in, wakes the consumer, counts.                 Thread: the ring's producer.

@@ -113,15 +113,15 @@ static int create(struct shef_thread *thread, struct start *start, bool real_tim
     return failure;
 }
 
-static enum shef_err fail_start(const struct shef_thread *thread, int failure,
+static enum shef_err fail_start(const struct shef_thread_params *params, int failure,
                                 struct shef_error *err)
 {
-    if (failure == EINVAL && thread->params.cpu >= 0)
+    if (failure == EINVAL && params->cpu >= 0)
         return shef_fail(err, SHEF_ERR_INVALID,
                          "start thread '%s': there is no processor %d for it; see 'nproc --all' "
                          "and the setting threads.*.cpu",
-                         thread->params.name, thread->params.cpu);
-    return shef_fail_os(err, failure, "start thread '%s'", thread->params.name);
+                         params->name, params->cpu);
+    return shef_fail_os(err, failure, "start thread '%s'", params->name);
 }
 
 enum shef_err shef_thread_start(struct shef_thread *thread, const struct shef_thread_params *params,
@@ -157,7 +157,7 @@ enum shef_err shef_thread_start(struct shef_thread *thread, const struct shef_th
         thread->real_time_given = real_time;
     }
     sem_destroy(&start.is_up);
-    return failure == 0 ? SHEF_OK : fail_start(thread, failure, err);
+    return failure == 0 ? SHEF_OK : fail_start(&thread->params, failure, err);
 }
 
 void shef_thread_join(struct shef_thread *thread)
@@ -168,39 +168,44 @@ void shef_thread_join(struct shef_thread *thread)
     thread->is_running = false;
 }
 
-enum shef_err shef_thread_adopt(const struct shef_thread_params *params, bool *out_given,
-                                struct shef_error *err)
+enum shef_err shef_thread_adopt(pthread_t handle, const struct shef_thread_params *params,
+                                bool *out_given, struct shef_error *err)
 {
-    const struct sched_param priority = { .sched_priority = params->priority };
+    const bool real_time = params->policy == SHEF_POLICY_FIFO;
+    const struct sched_param priority = { .sched_priority = real_time ? params->priority : 0 };
     cpu_set_t set;
 
-    *out_given = false;
     assert(strlen(params->name) <= 15);
-    pthread_setname_np(pthread_self(), params->name);
+    pthread_setname_np(handle, params->name);
     if (params->cpu >= 0) {
         knows_all_processors =
+            knows_all_processors ||
             pthread_getaffinity_np(pthread_self(), sizeof all_processors, &all_processors) == 0;
         CPU_ZERO(&set);
         CPU_SET(params->cpu, &set);
 
-        const int failure = pthread_setaffinity_np(pthread_self(), sizeof set, &set);
+        const int failure = pthread_setaffinity_np(handle, sizeof set, &set);
 
         if (failure != 0)
-            return shef_fail_os(err, failure, "put thread '%s' on processor %d", params->name,
-                                params->cpu);
+            return fail_start(params, failure, err);
     }
-    if (params->policy == SHEF_POLICY_FIFO)
-        *out_given = pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority) == 0;
+    *out_given =
+        pthread_setschedparam(handle, real_time ? SCHED_FIFO : SCHED_OTHER, &priority) == 0 ||
+        !real_time;
     return SHEF_OK;
 }
 
-int64_t shef_thread_cpu_ns(const struct shef_thread *thread)
+int64_t shef_thread_handle_cpu_ns(pthread_t handle)
 {
     clockid_t clock;
     struct timespec used;
 
-    if (!thread->is_running || pthread_getcpuclockid(thread->handle, &clock) != 0 ||
-        clock_gettime(clock, &used) != 0)
+    if (pthread_getcpuclockid(handle, &clock) != 0 || clock_gettime(clock, &used) != 0)
         return -1;
     return used.tv_sec * SHEF_NS_PER_S + used.tv_nsec;
+}
+
+int64_t shef_thread_cpu_ns(const struct shef_thread *thread)
+{
+    return thread->is_running ? shef_thread_handle_cpu_ns(thread->handle) : -1;
 }

@@ -57,13 +57,19 @@ SHEF_MUST_CHECK enum shef_err shef_thread_start(struct shef_thread *thread,
 /* Waits for its end; a thread that does not run is allowed. */
 void shef_thread_join(struct shef_thread *thread);
 
-/* Puts name, policy, priority and processor on the calling thread, e.g. on the main thread.
- *   out_given  whether real time was granted */
-SHEF_MUST_CHECK enum shef_err shef_thread_adopt(const struct shef_thread_params *params,
+/* Puts name, policy, priority and processor on a thread that somebody else has started, e.g. the
+ * main thread or a worker.
+ *   out_given  whether real time was granted, or not asked for
+ * SHEF_ERR_INVALID: that processor does not exist or is not ours. */
+SHEF_MUST_CHECK enum shef_err shef_thread_adopt(pthread_t handle,
+                                                const struct shef_thread_params *params,
                                                 bool *out_given, struct shef_error *err);
 
 /* Processor time that a running thread has used so far, in ns; -1 if unknown. Thread: any. */
 int64_t shef_thread_cpu_ns(const struct shef_thread *thread);
+
+/* The same for a thread that has not been joined, whoever started it. */
+int64_t shef_thread_handle_cpu_ns(pthread_t handle);
 
 #ifdef __cplusplus
 }

@@ -236,7 +236,7 @@ static enum shef_err start(struct daemon *daemon, struct shef_error *err)
     if (code == SHEF_OK)
         code = start_service(daemon, err);
     if (code == SHEF_OK)
-        code = shef_thread_adopt(&own, &has_real_time, err);
+        code = shef_thread_adopt(pthread_self(), &own, &has_real_time, err);
     if (code == SHEF_OK) {
         shef_watchdog_init(&daemon->watchdog,
                            daemon->config.watchdog.stalled_after_s * SHEF_NS_PER_S,

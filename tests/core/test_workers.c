@@ -125,6 +125,27 @@ static void test_all_threads_work_at_the_same_time(void)
     TEST_ASSERT_EQUAL_INT32(4, meeting.n_present);
 }
 
+static void test_stacks_can_have_a_stated_size(void)
+{
+    pthread_attr_t attributes;
+    size_t n_bytes;
+
+    workers = shef_workers_create_sized(3, 128 * 1024, NULL);
+    TEST_ASSERT_NOT_NULL(workers);
+    for (int32_t worker = 1; worker < 3; worker++) {
+        TEST_ASSERT_EQUAL_INT(
+            0, pthread_getattr_np(shef_workers_handle(workers, worker), &attributes));
+        pthread_attr_getstacksize(&attributes, &n_bytes);
+        pthread_attr_destroy(&attributes);
+#ifdef __SANITIZE_THREAD__ /* which enlarges every stack for its own needs */
+        TEST_ASSERT_GREATER_OR_EQUAL_size_t(128 * 1024, n_bytes);
+#else
+        TEST_ASSERT_EQUAL_size_t(128 * 1024, n_bytes);
+#endif
+    }
+    expect_each_task_once_a_round(3, 100);
+}
+
 static void test_impossible_team_sizes_are_refused_with_a_sentence(void)
 {
     struct shef_error err = { 0 };
@@ -142,6 +163,7 @@ int main(void)
     RUN_TEST(test_every_task_runs_once_in_every_round);
     RUN_TEST(test_no_team_and_a_team_of_one_run_in_order_on_the_caller);
     RUN_TEST(test_all_threads_work_at_the_same_time);
+    RUN_TEST(test_stacks_can_have_a_stated_size);
     RUN_TEST(test_impossible_team_sizes_are_refused_with_a_sentence);
     return UNITY_END();
 }

@@ -182,6 +182,30 @@ static void test_an_end_that_nobody_fetched_is_found(void)
     shef_graph_stop(graph);
 }
 
+static void test_workers_take_the_place_of_a_thread(void)
+{
+    struct shef_workers *workers = shef_workers_create_sized(3, 128 * 1024, &err);
+    char name[16];
+    json_t *printed;
+
+    create();
+    TEST_ASSERT_NOT_NULL(workers);
+    TEST_ASSERT_EQUAL_MESSAGE(SHEF_OK, shef_graph_adopt_workers(graph, "middle", workers, &err),
+                              err.text);
+    for (int32_t i = 1; i < 3; i++) {
+        pthread_getname_np(shef_workers_handle(workers, i), name, sizeof name);
+        TEST_ASSERT_EQUAL_STRING("middle", name);
+    }
+    TEST_ASSERT_GREATER_OR_EQUAL_INT64(0, shef_graph_cpu_ns(graph, "middle"));
+    printed = shef_graph_to_json(graph);
+    TEST_ASSERT_TRUE(json_is_true(
+        json_object_get(json_array_get(json_object_get(printed, "threads"), 1), "running")));
+    json_decref(printed);
+    shef_graph_stop(graph);
+    TEST_ASSERT_EQUAL_INT64(-1, shef_graph_cpu_ns(graph, "middle"));
+    shef_workers_destroy(workers);
+}
+
 static void test_the_printed_graph_shows_the_live_tables(void)
 {
     const int item = 7;
@@ -216,6 +240,7 @@ int main(void)
     RUN_TEST(test_a_push_wakes_the_consumer_of_that_ring_only);
     RUN_TEST(test_numbers_flow_from_the_source_to_the_sink);
     RUN_TEST(test_an_end_that_nobody_fetched_is_found);
+    RUN_TEST(test_workers_take_the_place_of_a_thread);
     RUN_TEST(test_the_printed_graph_shows_the_live_tables);
     return UNITY_END();
 }

@@ -175,6 +175,44 @@ static void test_where_real_time_is_allowed_the_thread_has_it(void)
     TEST_ASSERT_EQUAL_INT(7, seen.priority);
 }
 
+static void wait_for_the_end(void *context)
+{
+    while (!atomic_load((_Atomic bool *)context))
+        sched_yield();
+}
+
+static void test_a_thread_started_elsewhere_can_be_put_in_its_place(void)
+{
+    const struct shef_thread_params plain = { .name = "plain", .cpu = -1 };
+    const struct shef_thread_params placed = {
+        .name = "placed", .policy = SHEF_POLICY_FIFO, .priority = 9, .cpu = sched_getcpu()
+    };
+    const struct shef_thread_params nowhere = { .name = "nowhere", .cpu = 1000 };
+    _Atomic bool may_end = false;
+    struct sched_param param;
+    cpu_set_t set;
+    char name[16];
+    bool given;
+    int policy;
+
+    TEST_ASSERT_EQUAL(SHEF_OK,
+                      shef_thread_start(&thread, &plain, wait_for_the_end, &may_end, &err));
+    TEST_ASSERT_EQUAL_MESSAGE(SHEF_OK, shef_thread_adopt(thread.handle, &placed, &given, &err),
+                              err.text);
+    pthread_getname_np(thread.handle, name, sizeof name);
+    TEST_ASSERT_EQUAL_STRING("placed", name);
+    pthread_getaffinity_np(thread.handle, sizeof set, &set);
+    TEST_ASSERT_EQUAL_INT(1, CPU_COUNT(&set));
+    TEST_ASSERT_TRUE(CPU_ISSET(placed.cpu, &set));
+    pthread_getschedparam(thread.handle, &policy, &param);
+    TEST_ASSERT_EQUAL_INT(given ? SCHED_FIFO : SCHED_OTHER, policy);
+    TEST_ASSERT_EQUAL_INT(given ? 9 : 0, param.sched_priority);
+    TEST_ASSERT_EQUAL(SHEF_ERR_INVALID, shef_thread_adopt(thread.handle, &nowhere, &given, &err));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(err.text, "no processor 1000"), err.text);
+    atomic_store(&may_end, true);
+    shef_thread_join(&thread);
+}
+
 static void test_the_configuration_names_policy_priority_and_processor(void)
 {
     struct shef_config config;
@@ -201,6 +239,7 @@ int main(void)
     RUN_TEST(test_a_processor_that_is_not_there_is_one_sentence);
     RUN_TEST(test_where_real_time_is_not_allowed_the_thread_runs_normally);
     RUN_TEST(test_where_real_time_is_allowed_the_thread_has_it);
+    RUN_TEST(test_a_thread_started_elsewhere_can_be_put_in_its_place);
     RUN_TEST(test_the_configuration_names_policy_priority_and_processor);
     return UNITY_END();
 }
