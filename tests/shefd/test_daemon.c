@@ -117,7 +117,9 @@ static void test_mistakes_in_the_settings_are_one_sentence(void)
     expect_no_start("depth:\n  speed: 3\n", "line 5: there is no setting 'depth.speed'");
     expect_no_start("depth:\n  workers: 0\n", "line 5: depth.workers: '0' must be");
     expect_no_start("depth: \"x\n", "this is no YAML");
-    expect_no_start("threads:\n  control:\n    cpu: 1000\n", "processor 1000");
+    /* Without the remark that an ordinary user may not lock memory. */
+    expect_no_start("threads:\n  control:\n    cpu: 1000\nmemory:\n  lock: false\n",
+                    "processor 1000");
 }
 
 static void test_a_folder_without_room_for_the_socket_is_one_sentence(void)
