@@ -1,0 +1,385 @@
+/* Multicast in a network namespace of this program's own: nothing leaves it, and nobody else's
+ * messages come in. */
+#include "publish/publisher.h"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <net/if.h>
+#include <net/route.h>
+#include <poll.h>
+#include <sched.h>
+#include <signal.h>
+#include <spawn.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <lcm/eventlog.h>
+#include <shef_lcm_decode.h>
+
+#include "made_result.h"
+#include "support/namespaces.h"
+
+#define WIDTH_PX   640
+#define HEIGHT_PX  480
+#define URL        "udpm://239.255.76.67:7667?ttl=0"
+#define PATIENCE_S 20
+
+extern char **environ;
+
+static bool has_namespace;
+static struct shef_result_pool *pool;
+static struct shef_publisher *publisher;
+static struct shef_manual_clock manual;
+static struct shef_test_random test_random;
+static struct shef_error err;
+
+static void set_loopback(bool is_up)
+{
+    const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    struct ifreq request = { .ifr_flags = (short)(is_up ? IFF_UP | IFF_RUNNING : 0) };
+
+    strcpy(request.ifr_name, "lo");
+    TEST_ASSERT_EQUAL_INT(0, ioctl(fd, SIOCSIFFLAGS, &request));
+    close(fd);
+}
+
+/* As "ip route add 239.255.76.67/32 dev lo". */
+static void add_route(void)
+{
+    const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    char device[] = "lo";
+    struct rtentry route = { .rt_flags = RTF_UP | RTF_HOST, .rt_dev = device };
+    struct sockaddr_in address = { .sin_family = AF_INET };
+
+    TEST_ASSERT_EQUAL_INT(1, inet_pton(AF_INET, "239.255.76.67", &address.sin_addr));
+    memcpy(&route.rt_dst, &address, sizeof address);
+    TEST_ASSERT_EQUAL_INT(0, ioctl(fd, SIOCADDRT, &route));
+    close(fd);
+}
+
+void setUp(void)
+{
+    const struct shef_publisher_params params = {
+        .url = URL,
+        .prefix = "SHEF",
+        .width_px = WIDTH_PX,
+        .height_px = HEIGHT_PX,
+        .outputs = SHEF_OUTPUT(SHEF_CHANNEL_DEPTH) | SHEF_OUTPUT(SHEF_CHANNEL_POSE),
+        .grid_step = 2,
+        .clock = &manual.clock,
+    };
+
+    if (!has_namespace)
+        TEST_IGNORE_MESSAGE("this user may not make a network namespace");
+    set_loopback(false);
+    test_random = shef_test_random_start();
+    shef_manual_clock_init(&manual, (shef_host_time){ SHEF_NS_PER_S });
+    pool = shef_result_pool_create(1, WIDTH_PX, HEIGHT_PX, false, NULL);
+    TEST_ASSERT_NOT_NULL(pool);
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_publisher_create(&publisher, &params, &err));
+}
+
+void tearDown(void)
+{
+    shef_publisher_destroy(publisher);
+    publisher = NULL;
+    shef_result_pool_destroy(pool);
+    pool = NULL;
+}
+
+static void publish(uint64_t seq)
+{
+    struct shef_result *result = shef_result_take(pool);
+
+    TEST_ASSERT_NOT_NULL(result);
+    made_result_fill(result, seq, 0.03, &test_random);
+    shef_publisher_result(publisher, result);
+}
+
+static struct shef_publisher_stats stats(void)
+{
+    struct shef_publisher_stats now;
+
+    shef_publisher_stats(publisher, &now);
+    return now;
+}
+
+static void connect_now(void)
+{
+    set_loopback(true);
+    add_route();
+    TEST_ASSERT_EQUAL_MESSAGE(SHEF_OK, shef_publisher_connect(publisher, &err), err.text);
+}
+
+static void test_without_a_route_one_sentence_names_the_command_that_adds_it(void)
+{
+    const char *path = shef_test_temp_path("stderr");
+    const int kept = dup(STDERR_FILENO);
+    const int file = open(path, O_CREAT | O_RDWR | O_TRUNC | O_CLOEXEC, 0600);
+    struct stat seen;
+
+    TEST_ASSERT_TRUE(kept >= 0 && file >= 0);
+    (void)dup2(file, STDERR_FILENO);
+
+    const enum shef_err result = shef_publisher_connect(publisher, &err);
+
+    (void)dup2(kept, STDERR_FILENO);
+    TEST_ASSERT_EQUAL_INT(0, fstat(file, &seen));
+    close(kept);
+    close(file);
+    TEST_ASSERT_EQUAL(SHEF_ERR_IO, result);
+    TEST_ASSERT_EQUAL_STRING(
+        "LCM address '" URL "': no route to 239.255.76.67, so nothing can be published; connect "
+        "the network, or keep messages on this computer: 'ip link set lo up' and 'ip route add "
+        "239.255.76.67/32 dev lo' as root",
+        err.text);
+    TEST_ASSERT_EQUAL_INT64_MESSAGE(0, seen.st_size, "LCM printed something itself");
+}
+
+static void test_a_route_that_comes_later_is_found(void)
+{
+    TEST_ASSERT_EQUAL(SHEF_ERR_IO, shef_publisher_connect(publisher, &err));
+    publish(0);
+    TEST_ASSERT_EQUAL_UINT64(1, stats().n_unpublished);
+    set_loopback(true);
+    add_route();
+    shef_manual_clock_advance(&manual, SHEF_NS_PER_S);
+    shef_publisher_tick(publisher);
+    TEST_ASSERT_TRUE(stats().is_connected);
+    publish(1);
+    TEST_ASSERT_EQUAL_UINT64(1, stats().n_published);
+    TEST_ASSERT_FALSE(stats().is_failing);
+}
+
+static void test_a_network_that_goes_is_counted_and_one_that_returns_is_used(void)
+{
+    struct shef_publisher_stats seen;
+    char text[256];
+
+    connect_now();
+    publish(0);
+    set_loopback(false);
+    for (uint64_t seq = 1; seq <= 5; seq++)
+        publish(seq);
+    seen = stats();
+    TEST_ASSERT_EQUAL_UINT64(1, seen.n_published);
+    TEST_ASSERT_EQUAL_UINT64(5, seen.n_unpublished);
+    TEST_ASSERT_EQUAL_UINT64(1, seen.n_warnings);
+    shef_publisher_describe_trouble(&seen, text, sizeof text);
+    TEST_ASSERT_EQUAL_STRING("LCM: messages are not sent (Network is unreachable); 5 results were "
+                             "not published so far; every further one is tried",
+                             text);
+    TEST_ASSERT_EQUAL_UINT32(0, shef_result_pool_lent_count(pool));
+    set_loopback(true);
+    add_route();
+    publish(6);
+    TEST_ASSERT_EQUAL_UINT64(2, stats().n_published);
+    TEST_ASSERT_FALSE(stats().is_failing);
+}
+
+/* Starts a program found on the path; its output comes through *out_fd. 0: it is not there. */
+static pid_t start_program(const char *const *words, int *out_fd)
+{
+    posix_spawn_file_actions_t actions;
+    int ends[2];
+    pid_t pid = 0;
+
+    TEST_ASSERT_EQUAL_INT(0, pipe2(ends, O_CLOEXEC));
+    TEST_ASSERT_EQUAL_INT(0, posix_spawn_file_actions_init(&actions));
+    TEST_ASSERT_EQUAL_INT(0, posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO));
+    if (posix_spawnp(&pid, words[0], &actions, NULL, (char *const *)(uintptr_t)words, environ) != 0)
+        pid = 0;
+    (void)posix_spawn_file_actions_destroy(&actions);
+    close(ends[1]);
+    *out_fd = ends[0];
+    return pid;
+}
+
+static void end_program(pid_t pid, int out_fd)
+{
+    int status;
+
+    TEST_ASSERT_EQUAL_INT(0, kill(pid, SIGTERM));
+    TEST_ASSERT_EQUAL_INT(pid, waitpid(pid, &status, 0));
+    close(out_fd);
+}
+
+static void pause_ms(long ms)
+{
+    (void)nanosleep(&(struct timespec){ ms / 1000, ms % 1000 * 1000000 }, NULL);
+}
+
+/* Publishes until the program has printed a line, for it may not be listening yet. */
+static void publish_until_it_prints(pid_t pid, int out_fd, char *out_line, size_t n_bytes)
+{
+    for (uint64_t seq = 0; seq < PATIENCE_S * 20; seq++) {
+        struct pollfd readable = { .fd = out_fd, .events = POLLIN };
+
+        publish(seq);
+        if (poll(&readable, 1, 50) > 0) {
+            const ssize_t n = read(out_fd, out_line, n_bytes - 1);
+            TEST_ASSERT_GREATER_THAN_INT64_MESSAGE(0, n, "the subscriber ended");
+            out_line[n] = '\0';
+            *strchrnul(out_line, '\n') = '\0';
+            return;
+        }
+    }
+    (void)kill(pid, SIGKILL);
+    TEST_FAIL_MESSAGE("the subscriber printed nothing");
+}
+
+/* The line that both examples print for a frame. */
+static void expect_line(const char *line)
+{
+    unsigned long seq = 0;
+    double said_m, said_sigma_m;
+    int n_said = 0, n_points = 0;
+    float nearest_m = 1e9f, sigma_m = 0;
+
+    TEST_ASSERT_EQUAL_INT_MESSAGE(4,
+                                  sscanf(line, "SHEF_DEPTH %lu: %d points, nearest %lf m +- %lf",
+                                         &seq, &n_said, &said_m, &said_sigma_m),
+                                  line);
+
+    /* The same frame again: the random numbers start anew, and each frame takes as many. */
+    struct shef_result *result = shef_result_take(pool);
+
+    test_random = shef_test_random_start();
+    for (uint64_t i = 0; i <= seq; i++)
+        made_result_fill(result, i, 0.03, &test_random);
+    for (int32_t y = 0; y < HEIGHT_PX; y += 2)
+        for (int32_t x = 0; x < WIDTH_PX; x += 2) {
+            int32_t best_x = -1, best_y = -1;
+
+            for (int32_t v = y; v < y + 2; v++)
+                for (int32_t u = x; u < x + 2; u++)
+                    if (shef_row_f32(result->disparity, v)[u] > 0 &&
+                        (best_x < 0 || shef_row_f32(result->confidence, v)[u] >
+                                           shef_row_f32(result->confidence, best_y)[best_x]))
+                        best_x = u, best_y = v;
+            if (best_x < 0 || shef_row_f32(result->depth_m, best_y)[best_x] > 16.38f)
+                continue;
+            n_points++;
+            if (shef_row_f32(result->depth_m, best_y)[best_x] < nearest_m) {
+                nearest_m = shef_row_f32(result->depth_m, best_y)[best_x];
+                sigma_m = shef_row_f32(result->sigma_m, best_y)[best_x];
+            }
+        }
+    TEST_ASSERT_INT_WITHIN(1, n_points, n_said); /* at 16.38 m rounding decides */
+    TEST_ASSERT_DOUBLE_WITHIN(0.0002, nearest_m, said_m);
+    TEST_ASSERT_DOUBLE_WITHIN(0.07 * sigma_m, sigma_m, said_sigma_m);
+    shef_result_give(result);
+}
+
+static void test_the_subscriber_in_c_sees_the_depths(void)
+{
+    char self[PATH_MAX], path[PATH_MAX + 40], line[1000];
+    int out_fd;
+
+    self[readlink("/proc/self/exe", self, sizeof self - 1)] = '\0';
+    *strrchr(self, '/') = '\0';
+    (void)snprintf(path, sizeof path, "%s/../bin/subscriber_example", self);
+    connect_now();
+
+    const pid_t pid = start_program((const char *[]){ path, NULL }, &out_fd);
+
+    TEST_ASSERT_GREATER_THAN_INT(0, pid);
+    publish_until_it_prints(pid, out_fd, line, sizeof line);
+    end_program(pid, out_fd);
+    expect_line(line);
+}
+
+static void test_the_subscriber_in_python_sees_the_same_depths(void)
+{
+    char self[PATH_MAX], python_path[PATH_MAX + 40], script[PATH_MAX], line[1000];
+    int out_fd, status;
+    pid_t pid = start_program((const char *[]){ "python3", "-c", "import lcm", NULL }, &out_fd);
+
+    if (pid > 0) {
+        TEST_ASSERT_EQUAL_INT(pid, waitpid(pid, &status, 0));
+        close(out_fd);
+    }
+    if (pid == 0 || status != 0)
+        TEST_IGNORE_MESSAGE("python3 has no module lcm (Debian does not package it)");
+
+    self[readlink("/proc/self/exe", self, sizeof self - 1)] = '\0';
+    *strrchr(self, '/') = '\0';
+    (void)snprintf(python_path, sizeof python_path, "%s/../lcm_types/python", self);
+    TEST_ASSERT_EQUAL_INT(0, setenv("PYTHONPATH", python_path, 1));
+    (void)snprintf(script, sizeof script, "%s", shef_test_source("docs/examples/subscriber.py"));
+    connect_now();
+    pid = start_program((const char *[]){ "python3", script, NULL }, &out_fd);
+    TEST_ASSERT_GREATER_THAN_INT(0, pid);
+    publish_until_it_prints(pid, out_fd, line, sizeof line);
+    end_program(pid, out_fd);
+    expect_line(line);
+}
+
+static void test_lcm_logger_records_what_was_published(void)
+{
+    char path[PATH_MAX];
+    int out_fd, n_depths = 0, n_poses = 0;
+    struct stat seen = { 0 };
+    lcm_eventlog_event_t *event;
+
+    (void)snprintf(path, sizeof path, "%s", shef_test_temp_path("logged"));
+    connect_now();
+
+    const pid_t pid = start_program(
+        (const char *[]){ "lcm-logger", "--quiet", "--force", "--lcm-url=" URL, path, NULL },
+        &out_fd);
+
+    TEST_ASSERT_GREATER_THAN_INT_MESSAGE(0, pid, "no lcm-logger; it is in liblcm-bin");
+    for (uint64_t seq = 0; seq < PATIENCE_S * 20 && seen.st_size < 100000; seq++) {
+        publish(seq);
+        pause_ms(50);
+        (void)stat(path, &seen);
+    }
+    end_program(pid, out_fd);
+
+    lcm_eventlog_t *log = lcm_eventlog_create(path, "r");
+
+    TEST_ASSERT_NOT_NULL(log);
+    while ((event = lcm_eventlog_read_next_event(log)) != NULL) {
+        struct shef_lcm_grid grid;
+        struct shef_lcm_pose pose;
+
+        if (strcmp(event->channel, "SHEF_DEPTH") == 0) {
+            TEST_ASSERT_EQUAL(SHEF_LCM_OK,
+                              shef_lcm_decode_depth(event->data, (size_t)event->datalen, &grid));
+            TEST_ASSERT_GREATER_THAN_INT32(0, grid.n_points);
+            n_depths++;
+        } else {
+            TEST_ASSERT_EQUAL_STRING("SHEF_POSE", event->channel);
+            TEST_ASSERT_EQUAL(SHEF_LCM_OK,
+                              shef_lcm_decode_pose(event->data, (size_t)event->datalen, &pose));
+            TEST_ASSERT_EQUAL_DOUBLE(0.3, pose.pos_m[2]);
+            n_poses++;
+        }
+        lcm_eventlog_free_event(event);
+    }
+    lcm_eventlog_destroy(log);
+    TEST_ASSERT_GREATER_THAN_INT(0, n_depths);
+    TEST_ASSERT_GREATER_THAN_INT(0, n_poses);
+}
+
+int main(void)
+{
+    has_namespace = shef_test_enter_namespaces(CLONE_NEWNET);
+    UNITY_BEGIN();
+    RUN_TEST(test_without_a_route_one_sentence_names_the_command_that_adds_it);
+    RUN_TEST(test_a_route_that_comes_later_is_found);
+    RUN_TEST(test_a_network_that_goes_is_counted_and_one_that_returns_is_used);
+    RUN_TEST(test_the_subscriber_in_c_sees_the_depths);
+    RUN_TEST(test_the_subscriber_in_python_sees_the_same_depths);
+    RUN_TEST(test_lcm_logger_records_what_was_published);
+    return UNITY_END();
+}
