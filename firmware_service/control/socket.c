@@ -105,8 +105,7 @@ static enum shef_err listen_at(struct shef_control_socket *control_socket, gid_t
     umask(earlier);
     if (bound != 0)
         return shef_fail_os(err, bind_errno, "create the control socket '%s'", path);
-    if (group != SHEF_CONTROL_NO_GROUP && group != getegid() &&
-        lchown(path, (uid_t)-1, group) != 0)
+    if (group != SHEF_CONTROL_NO_GROUP && group != getegid() && lchown(path, (uid_t)-1, group) != 0)
         shef_log(SHEF_LOG_INFO,
                  "control socket '%s': its group cannot be set, so root and this user only can "
                  "connect: %s",
