@@ -72,6 +72,11 @@ const char *shef_depth_mode_name(enum shef_depth_mode mode);
                                           */
 #define SHEF_DEPTH_SHED_SINGLE (1u << 2) /* combined: only graded */
 
+/* How far edges in event data trail behind the true ones, px of an event sensor of f 555 px, at
+ * 0.15 m/s and more; at 0.03 m/s it is 0.6 of that. It grows with the sensor's contrast threshold:
+ * this is for 0.3, without noise 0.26 was measured at 0.2 (event_edges.h). */
+#define SHEF_DEPTH_LAG_PX 0.37
+
 struct shef_depth_params {
     const char *profile;           /* "wide" or "paper"; not kept */
     enum shef_frame_pixels pixels; /* of raw frames */
@@ -86,8 +91,8 @@ struct shef_depth_params {
     bool smooths_in_time;     /* the previous pair's result as a prior */
 };
 
-/* wide, Mono8, combined alone, lag SHEF_EVENT_EDGES_LAG_PX, 10 mm, 5 mm/s, searches, does not
- * align, smooths. */
+/* wide, Mono8, combined alone, lag SHEF_DEPTH_LAG_PX, 10 mm, 5 mm/s, searches, neither aligns nor
+ * smooths. */
 struct shef_depth_params shef_depth_default_params(void);
 
 struct shef_depth_chain;

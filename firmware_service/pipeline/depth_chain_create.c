@@ -14,11 +14,10 @@ struct shef_depth_params shef_depth_default_params(void)
         .profile = "wide",
         .pixels = SHEF_FRAME_MONO8,
         .mode = SHEF_DEPTH_COMBINED,
-        .lag_px = SHEF_EVENT_EDGES_LAG_PX,
+        .lag_px = SHEF_DEPTH_LAG_PX,
         .travel_m = 0.010,
         .least_speed_m_s = 0.005,
         .searches_flow = true,
-        .smooths_in_time = true,
     };
 }
 
@@ -117,10 +116,11 @@ static struct shef_robust_params robust_params(const struct shef_depth_chain *ch
         const bool is_graded = kind == SHEF_EDGE_GRADED;
 
         params.step_px = 1;
-        params.window_width_cells = is_graded ? 7 : 11;
-        params.window_height_cells = is_graded ? 7 : 11;
+        params.window_width_cells = is_graded ? 5 : 11;
+        params.window_height_cells = is_graded ? 5 : 11;
         params.p1 = 360;
-        params.p2 = 2000;
+        params.p2 = is_graded ? 1200 : 2000;
+        params.score_weight = 16;
     }
     return params;
 }

@@ -39,6 +39,8 @@ struct shef_robust_params {
     double regularisation;        /* share of the largest variance added to each; 0.005..0.5 */
     int32_t p1;                   /* cost of a step of one level along a path; 500 = uncorrelated */
     int32_t p2;                   /* cost of any larger jump; p1..4000 */
+    double score_weight;          /* of the pair's own costs in the sub-pixel fit, beside the path
+                                   * sums; 0: sums alone; 0..64 */
     bool use_past;                /* carry a prior from pair to pair */
     double prior_cost_per_px;     /* 0..64, for a fully confident previous disparity */
     double saturated_cost_per_px; /* the same where the event map is saturated */

@@ -116,6 +116,7 @@ static enum shef_err check(const struct shef_robust_params *params, struct shef_
         { "regularisation", params->regularisation, 0.005, 0.5 },
         { "p1", params->p1, 1, SHEF_MATCH_MAX_PENALTY },
         { "p2", params->p2, params->p1, SHEF_MATCH_MAX_PENALTY },
+        { "score weight", params->score_weight, 0, 64 },
         { "prior cost per px", params->prior_cost_per_px, 0, 64 },
         { "saturated cost per px", params->saturated_cost_per_px, 0, 64 },
         { "prior cap (px)", params->prior_cap_px, 0, 31 },

@@ -50,6 +50,6 @@ struct shef_run_settings shef_run_options_settings(const struct shef_run_options
     settings.depth.travel_m = options->travel_mm / 1000;
     settings.depth.max_disparity_px = (int32_t)options->max_disparity_px;
     settings.depth.align_auto = options->align;
-    settings.depth.smooths_in_time = !options->no_past;
+    settings.depth.smooths_in_time = options->past;
     return settings;
 }

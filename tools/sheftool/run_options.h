@@ -16,7 +16,7 @@ struct shef_run_options {
     double delay_ms;
     int64_t max_disparity_px; /* 0: the profile's */
     bool align;
-    bool no_past;
+    bool past;
     int64_t n_frames;
     int64_t n_threads;
     int32_t isa;
@@ -35,7 +35,7 @@ struct shef_run_options {
         SHEF_OPT_CHOICE("read", type_, how_.read, "at-mid|late|centred", "centred",                \
                         "how the filter is read: at mid-exposure, as published, later, or with "   \
                         "what follows"),                                                           \
-        SHEF_OPT_REAL("lag", type_, how_.lag_px, "0.26", 0, 8, "px",                               \
+        SHEF_OPT_REAL("lag", type_, how_.lag_px, "0.37", 0, 8, "px",                               \
                       "how far events trail behind edges, taken back"),                            \
         SHEF_OPT_REAL("travel", type_, how_.travel_mm, "10", 1, 100, "mm",                         \
                       "of the camera during a temporal pair"),                                     \
@@ -45,7 +45,7 @@ struct shef_run_options {
                      "largest disparity searched, 16 or more; 0: 48 for wide, 112 for paper"),     \
         SHEF_OPT_FLAG("align", type_, how_.align,                                                  \
                       "measure and take out a vertical residual between the views"),               \
-        SHEF_OPT_FLAG("no-past", type_, how_.no_past, "match every frame on its own"),             \
+        SHEF_OPT_FLAG("past", type_, how_.past, "take the previous frame's result as a prior"),    \
         SHEF_OPT_INT("frames", type_, how_.n_frames, "0", 0, 1000000000, NULL,                     \
                      "stop after so many frames; 0: all"),                                         \
         SHEF_OPT_INT("threads", type_, how_.n_threads, "1", 1, 64, NULL,                           \
