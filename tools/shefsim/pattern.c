@@ -54,31 +54,106 @@ static void consider(struct nearest *nearest, const double offset[3], uint64_t k
         nearest->offset[rank][i] = offset[i];
 }
 
-static void find_nearest(struct nearest *out_nearest, const struct sim_pattern_place *place,
-                         double cell_m, uint64_t seed)
+/* Where the seed of a square is along one axis, 0..1: in the middle 80 %. 21 bits a coordinate. */
+static double seed_at(uint64_t key, int axis)
 {
-    const double x = place->position_m[0] / cell_m;
-    const double y = place->position_m[1] / cell_m;
-    const double z = place->solid ? place->position_m[2] / cell_m : 0;
-    const double corner[3] = { floor(x), floor(y), floor(z) };
-    const int deep = place->solid ? 1 : 0;
+    return .1 + .8 * (double)(key >> (21 * axis) & 0x1fffff) * 0x1p-21;
+}
 
+static void find_nearest_solid(struct nearest *out_nearest, const struct sim_pattern_place *place,
+                               double cell_m, uint64_t seed)
+{
+    double corner[3];
+    double at[3];
+
+    for (int i = 0; i < 3; i++) {
+        corner[i] = floor(place->position_m[i] / cell_m);
+        at[i] = place->position_m[i] / cell_m - corner[i];
+    }
     *out_nearest = (struct nearest){ .distance2 = { 1e9, 1e9 } };
-    for (int k = -deep; k <= deep; k++)
+    for (int k = -1; k <= 1; k++)
         for (int j = -1; j <= 1; j++)
             for (int i = -1; i <= 1; i++) {
                 const uint64_t key = hash(seed, (int64_t)corner[0] + i, (int64_t)corner[1] + j,
                                           (int64_t)corner[2] + k);
-                /* 21 bits a coordinate; in the middle 80 % of its square. */
                 const double offset[3] = {
-                    corner[0] + i + .1 + .8 * (double)(key & 0x1fffff) * 0x1p-21 - x,
-                    corner[1] + j + .1 + .8 * (double)(key >> 21 & 0x1fffff) * 0x1p-21 - y,
-                    deep ? corner[2] + k + .1 + .8 * (double)(key >> 42 & 0x1fffff) * 0x1p-21 - z
-                         : 0,
+                    i + seed_at(key, 0) - at[0],
+                    j + seed_at(key, 1) - at[1],
+                    k + seed_at(key, 2) - at[2],
                 };
 
                 consider(out_nearest, offset, key);
             }
+}
+
+static void fill_layer(struct sim_pattern_layer *layer, double cell_m, uint64_t seed,
+                       const double corner[2])
+{
+    layer->seed = seed;
+    layer->cell_m = cell_m;
+    layer->corner[0] = corner[0];
+    layer->corner[1] = corner[1];
+    for (int n = 0; n < 9; n++) {
+        const int i = n % 3 - 1;
+        const int j = n / 3 - 1;
+
+        layer->key[n] = hash(seed, (int64_t)corner[0] + i, (int64_t)corner[1] + j, 0);
+        layer->x[n] = i + seed_at(layer->key[n], 0);
+        layer->y[n] = j + seed_at(layer->key[n], 1);
+    }
+}
+
+/* The nine seeds around a place: those remembered, if it is still in the same square. */
+static const struct sim_pattern_layer *layer_of(struct sim_pattern_memory *memory, double cell_m,
+                                                uint64_t seed, const double corner[2])
+{
+    struct sim_pattern_layer *layer = &memory->layers[0];
+
+    for (int i = 0; i < SIM_PATTERN_LAYERS; i++) {
+        layer = &memory->layers[i];
+        if (layer->cell_m == 0 || (layer->seed == seed && layer->cell_m == cell_m))
+            break;
+    }
+    if (layer->seed != seed || layer->cell_m != cell_m || layer->corner[0] != corner[0] ||
+        layer->corner[1] != corner[1])
+        fill_layer(layer, cell_m, seed, corner);
+    return layer;
+}
+
+static void find_nearest_flat(struct nearest *out_nearest, const struct sim_pattern_place *place,
+                              double cell_m, uint64_t seed)
+{
+    const double x = place->position_m[0] / cell_m;
+    const double y = place->position_m[1] / cell_m;
+    const double corner[2] = { floor(x), floor(y) };
+    const struct sim_pattern_layer *layer = layer_of(place->memory, cell_m, seed, corner);
+    double dx[9];
+    double dy[9];
+    double distance2[9];
+    int best = 0;
+    int next = 1;
+
+    for (int n = 0; n < 9; n++) {
+        dx[n] = layer->x[n] - (x - corner[0]);
+        dy[n] = layer->y[n] - (y - corner[1]);
+        distance2[n] = dx[n] * dx[n] + dy[n] * dy[n];
+    }
+    if (distance2[1] < distance2[0]) {
+        best = 1;
+        next = 0;
+    }
+    for (int n = 2; n < 9; n++) {
+        const bool is_best = distance2[n] < distance2[best];
+        const bool is_next = distance2[n] < distance2[next];
+
+        next = is_best ? best : is_next ? n : next;
+        best = is_best ? n : best;
+    }
+    *out_nearest = (struct nearest){
+        .distance2 = { distance2[best], distance2[next] },
+        .offset = { { dx[best], dy[best] }, { dx[next], dy[next] } },
+        .key = { layer->key[best], layer->key[next] },
+    };
 }
 
 /* Cells of even value within +-1, their borders as sharp as the footprint allows. */
@@ -92,7 +167,10 @@ static double cells(const struct sim_pattern_place *place, double cell_m, uint64
     struct nearest nearest;
     double normal[3];
 
-    find_nearest(&nearest, place, cell_m, seed);
+    if (place->solid)
+        find_nearest_solid(&nearest, place, cell_m, seed);
+    else
+        find_nearest_flat(&nearest, place, cell_m, seed);
     for (int i = 0; i < 3; i++)
         normal[i] = nearest.offset[1][i] - nearest.offset[0][i];
 

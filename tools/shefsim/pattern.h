@@ -10,6 +10,23 @@
 
 #include "shefsim/description.h"
 
+/* The seeds around the last place that was asked for, of one layer of cells. Zeroed: of none. */
+struct sim_pattern_layer {
+    uint64_t seed;
+    double cell_m;
+    double corner[2];
+    double x[9]; /* of the seeds, from the corner, in cells */
+    double y[9];
+    uint64_t key[9];
+};
+
+#define SIM_PATTERN_LAYERS 4
+
+/* What places beside one another need again. Changes no value. One thread at a time. */
+struct sim_pattern_memory {
+    struct sim_pattern_layer layers[SIM_PATTERN_LAYERS];
+};
+
 /* A place and what one pixel covers there. */
 struct sim_pattern_place {
     double position_m[3]; /* flat patterns use the first two */
@@ -17,6 +34,7 @@ struct sim_pattern_place {
     double footprint_m[2];
     double largest_m; /* of the footprint */
     bool solid;       /* the pattern fills space, for surfaces that are round */
+    struct sim_pattern_memory *memory;
 };
 
 /* ln(reflectance / mean), not scaled by the contrast: mostly within +-1. */

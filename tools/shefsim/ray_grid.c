@@ -3,6 +3,9 @@
 #include "core/memory.h"
 #include "shefsim/view_internal.h"
 
+#define NODE_PX   4
+#define MAX_NODES (SIM_VIEW_MAX_SIDE_PX / NODE_PX + 5)
+
 static size_t tile_floats(const struct sim_ray_grid *grid)
 {
     return (size_t)SIM_TILE_ROWS * (size_t)grid->n_subs * 2 * SIM_TRACE_LANES;
@@ -31,28 +34,82 @@ struct fill {
     int32_t *blind_px; /* per row of tiles: x and y of a pixel that sees nothing, else -1 */
 };
 
-/* The rays of one row of pixels within a tile. Pixels past the image's edge repeat the last. */
-static void fill_row(const struct fill *fill, int32_t y, int32_t column, float *out_rays)
+/* Directions at every NODE_PX px of a line, from two nodes before its first pixel on. */
+struct line {
+    double x[MAX_NODES];
+    double y[MAX_NODES];
+    bool is_smooth; /* the lens sees all nodes, those outside of the image too */
+};
+
+static void fill_line(struct line *line, const struct fill *fill, double y)
+{
+    const int32_t n = fill->grid->width_px / NODE_PX + 5;
+
+    line->is_smooth = true;
+    for (int32_t i = 0; i < n; i++) {
+        double direction[3];
+
+        if (!shef_camera_unproject(fill->camera, (double)(i - 2) * NODE_PX, y, direction)) {
+            line->is_smooth = false;
+            return;
+        }
+        line->x[i] = direction[0];
+        line->y[i] = direction[1];
+    }
+}
+
+/* Lagrange's cubic through four nodes, t from the second of them: the directions bend so little
+ * that this is right to 1e-8, less than the rays' own rounding. */
+static double between(const double nodes[4], double t)
+{
+    const double before = t + 1;
+    const double next = t - 1;
+    const double last = t - 2;
+
+    return nodes[0] * (t * next * last) / -6 + nodes[1] * (before * next * last) / 2 +
+           nodes[2] * (before * t * last) / -2 + nodes[3] * (before * t * next) / 6;
+}
+
+/* False: the lens sees nothing there. */
+static bool find_direction(const struct fill *fill, const struct line *line, double x, double y,
+                           double out_direction[3])
+{
+    const int32_t node = (int32_t)((x + NODE_PX) / NODE_PX) - 1;
+    const double t = x / NODE_PX - node;
+
+    if (!line->is_smooth)
+        return shef_camera_unproject(fill->camera, x, y, out_direction);
+    out_direction[0] = between(line->x + node + 1, t);
+    out_direction[1] = between(line->y + node + 1, t);
+    return true;
+}
+
+/* One of the lines of rays of a row of pixels, in all its tiles. Pixels past the image's edge
+ * repeat the last. */
+static void fill_rays(const struct fill *fill, int32_t y, int32_t sub_row, struct line *line)
 {
     struct sim_ray_grid *grid = fill->grid;
     const int32_t row = y / SIM_TILE_ROWS;
-    struct sim_tile_bounds *bounds = grid->tiles + (ptrdiff_t)row * grid->n_columns + column;
-    const double n = fill->supersample;
+    const int32_t n = fill->supersample;
+    const double sub_y = y + (sub_row + .5) / n - .5;
 
-    for (int32_t k = 0; k < grid->n_subs; k++)
-        for (int32_t i = 0; i < SIM_TRACE_LANES; i++) {
-            const int32_t x = least(column * SIM_TRACE_LANES + i, grid->width_px - 1);
-            const double sub_x = (k % fill->supersample + .5) / n - .5;
-            const double sub_y = ((double)(k / fill->supersample) + .5) / n - .5;
+    fill_line(line, fill, sub_y);
+    for (int32_t i = 0; i < grid->n_columns * SIM_TRACE_LANES; i++)
+        for (int32_t k = 0; k < n; k++) {
+            const int32_t x = least(i, grid->width_px - 1);
+            const ptrdiff_t tile = (ptrdiff_t)row * grid->n_columns + i / SIM_TRACE_LANES;
+            const ptrdiff_t ray = (ptrdiff_t)(y % SIM_TILE_ROWS) * grid->n_subs + sub_row * n + k;
+            float *out = grid->rays + tile * (ptrdiff_t)tile_floats(grid) +
+                         ray * 2 * SIM_TRACE_LANES + i % SIM_TRACE_LANES;
             double direction[3] = { 0, 0, 1 };
 
-            if (!shef_camera_unproject(fill->camera, x + sub_x, y + sub_y, direction)) {
+            if (!find_direction(fill, line, x + (k + .5) / n - .5, sub_y, direction)) {
                 fill->blind_px[2 * row] = x;
                 fill->blind_px[2 * row + 1] = y;
             }
-            out_rays[2 * SIM_TRACE_LANES * k + i] = (float)direction[0];
-            out_rays[2 * SIM_TRACE_LANES * k + SIM_TRACE_LANES + i] = (float)direction[1];
-            widen(bounds, (float)direction[0], (float)direction[1]);
+            out[0] = (float)direction[0];
+            out[SIM_TRACE_LANES] = (float)direction[1];
+            widen(&grid->tiles[tile], out[0], out[SIM_TRACE_LANES]);
         }
 }
 
@@ -60,21 +117,21 @@ static void fill_tiles(void *opaque, int32_t row, int32_t worker)
 {
     const struct fill *fill = opaque;
     struct sim_ray_grid *grid = fill->grid;
-    const size_t row_floats = (size_t)grid->n_subs * 2 * SIM_TRACE_LANES;
+    struct sim_tile_bounds *tiles = grid->tiles + (ptrdiff_t)row * grid->n_columns;
     const int32_t end = least((row + 1) * SIM_TILE_ROWS, grid->height_px);
+    struct line line;
 
     (void)worker;
     fill->blind_px[2 * row] = -1;
     grid->rows[row] = empty;
+    for (int32_t column = 0; column < grid->n_columns; column++)
+        tiles[column] = empty;
+    for (int32_t y = row * SIM_TILE_ROWS; y < end; y++)
+        for (int32_t sub_row = 0; sub_row < fill->supersample; sub_row++)
+            fill_rays(fill, y, sub_row, &line);
     for (int32_t column = 0; column < grid->n_columns; column++) {
-        const ptrdiff_t tile = (ptrdiff_t)row * grid->n_columns + column;
-        float *rays = grid->rays + (size_t)tile * tile_floats(grid);
-
-        grid->tiles[tile] = empty;
-        for (int32_t y = row * SIM_TILE_ROWS; y < end; y++, rays += row_floats)
-            fill_row(fill, y, column, rays);
-        widen(&grid->rows[row], grid->tiles[tile].x[0], grid->tiles[tile].y[0]);
-        widen(&grid->rows[row], grid->tiles[tile].x[1], grid->tiles[tile].y[1]);
+        widen(&grid->rows[row], tiles[column].x[0], tiles[column].y[0]);
+        widen(&grid->rows[row], tiles[column].x[1], tiles[column].y[1]);
     }
 }
 

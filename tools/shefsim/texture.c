@@ -83,11 +83,14 @@ static void find_footprint(struct sim_pattern_place *place, const double point[3
 
 /* A place on the surface by its texture coordinates. */
 static void find_place(const struct bake *bake, double u, double v,
-                       struct sim_pattern_place *out_place, double out_point[3],
-                       double out_normal[3])
+                       struct sim_pattern_memory *memory, struct sim_pattern_place *out_place,
+                       double out_point[3], double out_normal[3])
 {
     const struct sim_surface *surface = bake->surface;
-    struct sim_pattern_place place = { .extent_m = { bake->extent_m[0], bake->extent_m[1] } };
+    struct sim_pattern_place place = {
+        .extent_m = { bake->extent_m[0], bake->extent_m[1] },
+        .memory = memory,
+    };
     double local[3];
     double along[2][3];
 
@@ -129,13 +132,14 @@ static double gain_of(const struct bake *bake, double value)
 }
 
 /* What a texel sends out in both phases; the second only if the surface blinks. */
-static void find_light(const struct bake *bake, double u, double v, double out_light[2])
+static void find_light(const struct bake *bake, double u, double v,
+                       struct sim_pattern_memory *memory, double out_light[2])
 {
     struct sim_pattern_place place;
     double point[3];
     double normal[3];
 
-    find_place(bake, u, v, &place, point, normal);
+    find_place(bake, u, v, memory, &place, point, normal);
 
     const double value =
         sim_pattern_value(bake->material->pattern, bake->cell_m, bake->seed, &place);
@@ -163,6 +167,7 @@ static void bake_row(void *opaque, int32_t y, int32_t worker)
     /* An ellipsoid's texture has a texel more all around, where it wraps. */
     const int32_t margin = bake->surface->kind == SIM_SURFACE_ELLIPSOID ? 1 : 0;
     const double v = (double)(y - margin) / (bake->height - 1 - 2 * margin);
+    struct sim_pattern_memory memory = { 0 };
 
     (void)worker;
     for (int32_t x = 0; x < bake->width; x++) {
@@ -170,7 +175,7 @@ static void bake_row(void *opaque, int32_t y, int32_t worker)
         const size_t at = (size_t)y * (size_t)bake->width + (size_t)x;
         double light[2];
 
-        find_light(bake, u, v, light);
+        find_light(bake, u, v, &memory, light);
         for (int phase = 0; phase < 2 && bake->texels[phase]; phase++)
             bake->texels[phase][at] = encoded(light[phase], bake->brightest);
     }
@@ -235,8 +240,8 @@ static void survey(struct bake *bake)
             double point[3];
             double normal[3];
 
-            find_place(bake, (double)i / SURVEY_STEPS, (double)j / SURVEY_STEPS, &place, point,
-                       normal);
+            find_place(bake, (double)i / SURVEY_STEPS, (double)j / SURVEY_STEPS, NULL, &place,
+                       point, normal);
 
             const double light = sim_lighting_irradiance(bake->lighting, point, normal);
 
