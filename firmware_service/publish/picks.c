@@ -7,8 +7,7 @@
 
 #include "core/memory.h"
 
-/* Pixels of a row that are looked at together to skip empty ones; a multiple of 8 cells. */
-#define SPAN_CELLS 8
+#define SPAN_CELLS 8 /* looked at together, to skip empty ones */
 
 enum shef_err shef_picks_create(struct shef_picks *out_picks, int32_t width_px, int32_t height_px,
                                 struct shef_error *err)
@@ -26,9 +25,10 @@ enum shef_err shef_picks_create(struct shef_picks *out_picks, int32_t width_px, 
         .mask = shef_memory_create((size_t)height_px, ((size_t)width_px + 7) / 8),
         .pixels = shef_memory_create(n_pixels, sizeof *picks.pixels),
         .row_start = shef_memory_create((size_t)height_px + 1, sizeof *picks.row_start),
+        .flags = shef_memory_create((size_t)width_px, sizeof *picks.flags),
     };
 
-    if (!picks.mask || !picks.pixels || !picks.row_start) {
+    if (!picks.mask || !picks.pixels || !picks.row_start || !picks.flags) {
         shef_picks_destroy(&picks);
         return shef_fail(err, SHEF_ERR_NO_MEMORY, "publishing images of %dx%d px: out of memory",
                          width_px, height_px);
@@ -42,6 +42,7 @@ void shef_picks_destroy(struct shef_picks *picks)
     free(picks->mask);
     free(picks->pixels);
     free(picks->row_start);
+    free(picks->flags);
     *picks = (struct shef_picks){ 0 };
 }
 
@@ -51,47 +52,95 @@ struct view {
     float least, most;
 };
 
-/* The cell's pixel; false: none. */
-static bool choose_pixel(const struct view *view, int32_t x0, int32_t x1, int32_t y0, int32_t y1,
-                         uint32_t *out_pixel)
+/* Sets flags[x] where any of rows y0..y1 - 1 has a value at x. Compilers turn the loop into vector
+ * instructions: no branches. */
+static void flag_columns(const struct view *view, int32_t y0, int32_t y1, int32_t *flags)
 {
-    float best = -1.0f;
+    const int32_t width_px = view->value.width_px;
+    const float least = view->least, most = view->most;
 
+    memset(flags, 0, (size_t)width_px * sizeof *flags);
     for (int32_t y = y0; y < y1; y++) {
         const float *value = shef_row_f32(view->value, y);
-        const float *confidence = shef_row_f32(view->confidence, y);
 
-        for (int32_t x = x0; x < x1; x++) {
-            if (value[x] >= view->least && value[x] <= view->most && confidence[x] > best) {
-                best = confidence[x];
-                *out_pixel = (uint32_t)(y * view->value.width_px + x);
-            }
-        }
+        for (int32_t x = 0; x < width_px; x++)
+            flags[x] |= (value[x] >= least) & (value[x] <= most);
     }
-    return best >= 0.0f;
 }
 
-/* Whether any pixel is not +0.0; a loop that compilers turn into vector instructions. */
-static bool has_any(struct shef_image_f32 image, int32_t x0, int32_t x1, int32_t y0, int32_t y1)
+#define ALWAYS_INLINE inline __attribute__((always_inline))
+
+static ALWAYS_INLINE bool has_flag(const int32_t *flags, int32_t n_flags)
 {
-    uint32_t any = 0;
+    int32_t any = 0;
 
-    for (int32_t y = y0; y < y1; y++) {
-        const float *row = shef_row_f32(image, y);
-
-        for (int32_t x = x0; x < x1; x++) {
-            uint32_t bits;
-
-            memcpy(&bits, &row[x], sizeof bits);
-            any |= bits;
-        }
-    }
+    for (int32_t i = 0; i < n_flags; i++)
+        any |= flags[i];
     return any != 0;
 }
 
-static int32_t least_of(int32_t a, int32_t b)
+/* The pixel of a cell that has one. Without branches, which nobody could predict: the bits of
+ * floats that are not negative rise with their value, so that confidence and position make one
+ * number, and the largest wins. */
+static ALWAYS_INLINE uint32_t choose_pixel(const struct view *view, int32_t x0, int32_t cell_w,
+                                           int32_t y0, int32_t cell_h)
 {
-    return a < b ? a : b;
+    const uint64_t first_of_all = SHEF_PICKS_MAX_STEP * SHEF_PICKS_MAX_STEP;
+    uint64_t best = 0;
+
+    for (int32_t y = 0; y < cell_h; y++) {
+        const float *value = shef_row_f32(view->value, y0 + y) + x0;
+        const float *confidence = shef_row_f32(view->confidence, y0 + y) + x0;
+
+        for (int32_t x = 0; x < cell_w; x++) {
+            const bool is_set = (value[x] >= view->least) & (value[x] <= view->most);
+            const uint64_t earliness = first_of_all - (uint64_t)(y * SHEF_PICKS_MAX_STEP + x);
+            uint32_t bits;
+
+            memcpy(&bits, &confidence[x], sizeof bits);
+
+            const uint64_t key = ((uint64_t)bits << 32 | earliness) & -(uint64_t)is_set;
+
+            best = key > best ? key : best;
+        }
+    }
+
+    const uint32_t place = (uint32_t)(first_of_all - (best & UINT32_MAX));
+    const uint32_t y = (uint32_t)y0 + place / SHEF_PICKS_MAX_STEP;
+
+    return y * (uint32_t)view->value.width_px + (uint32_t)x0 + place % SHEF_PICKS_MAX_STEP;
+}
+
+/* Chooses in one row of the grid. Returns how many pixels there are so far. With a step and a
+ * height that the compiler knows, the loops over a cell disappear. */
+static ALWAYS_INLINE uint32_t choose_row(struct shef_picks *picks, const struct view *view,
+                                         int32_t gy, int32_t step, int32_t cell_h, uint32_t n_picks)
+{
+    const int32_t y0 = gy * picks->grid_step;
+    const int32_t n_whole = picks->width_px / step; /* cells that the right edge does not cut */
+    uint8_t *mask = picks->mask + (ptrdiff_t)gy * picks->mask_bytes;
+
+    for (int32_t span = 0; span < n_whole; span += SPAN_CELLS) {
+        const int32_t end = span + SPAN_CELLS < n_whole ? span + SPAN_CELLS : n_whole;
+
+        if (!has_flag(picks->flags + span * step, (end - span) * step))
+            continue;
+        for (int32_t gx = span; gx < end; gx++) {
+            if (!has_flag(picks->flags + gx * step, step))
+                continue;
+            picks->pixels[n_picks++] = choose_pixel(view, gx * step, step, y0, cell_h);
+            mask[gx / 8] |= (uint8_t)(1u << gx % 8);
+        }
+    }
+    if (n_whole < picks->grid_w) {
+        const int32_t x0 = n_whole * step, cell_w = picks->width_px - x0;
+
+        if (has_flag(picks->flags + x0, cell_w)) {
+            picks->pixels[n_picks++] = choose_pixel(view, x0, cell_w, y0, cell_h);
+            mask[n_whole / 8] |= (uint8_t)(1u << n_whole % 8);
+        }
+    }
+    return n_picks;
 }
 
 void shef_picks_choose(struct shef_picks *picks, struct shef_image_f32 value,
@@ -109,26 +158,19 @@ void shef_picks_choose(struct shef_picks *picks, struct shef_image_f32 value,
     picks->grid_h = (picks->height_px + step - 1) / step;
     picks->mask_bytes = (picks->grid_w + 7) / 8;
     memset(picks->mask, 0, (size_t)picks->mask_bytes * (size_t)picks->grid_h);
-
     for (int32_t gy = 0; gy < picks->grid_h; gy++) {
-        const int32_t y0 = gy * step, y1 = least_of(y0 + step, picks->height_px);
-        uint8_t *mask = picks->mask + (ptrdiff_t)gy * picks->mask_bytes;
-
         picks->row_start[gy] = n_picks;
-        for (int32_t span = 0; span < picks->grid_w; span += SPAN_CELLS) {
-            const int32_t span_end = least_of(span + SPAN_CELLS, picks->grid_w);
 
-            if (!has_any(value, span * step, least_of(span_end * step, picks->width_px), y0, y1))
-                continue;
-            for (int32_t gx = span; gx < span_end; gx++) {
-                const int32_t x0 = gx * step, x1 = least_of(x0 + step, picks->width_px);
+        const int32_t y0 = gy * step;
+        const int32_t cell_h = y0 + step < picks->height_px ? step : picks->height_px - y0;
 
-                if (choose_pixel(&view, x0, x1, y0, y1, &picks->pixels[n_picks])) {
-                    n_picks++;
-                    mask[gx / 8] |= (uint8_t)(1u << gx % 8);
-                }
-            }
-        }
+        flag_columns(&view, y0, y0 + cell_h, picks->flags);
+        if (step == 2 && cell_h == 2)
+            n_picks = choose_row(picks, &view, gy, 2, 2, n_picks);
+        else if (step == 1)
+            n_picks = choose_row(picks, &view, gy, 1, 1, n_picks);
+        else
+            n_picks = choose_row(picks, &view, gy, step, cell_h, n_picks);
     }
     picks->row_start[picks->grid_h] = n_picks;
 }

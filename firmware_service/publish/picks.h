@@ -22,6 +22,7 @@ struct shef_picks {
     /* Set by create, then read-only. */
     int32_t width_px;
     int32_t height_px;
+    int32_t *flags; /* width_px, for choose() */
     /* Of the last choose(). */
     int32_t grid_step;
     int32_t grid_w;
@@ -41,7 +42,7 @@ void shef_picks_destroy(struct shef_picks *picks);
 
 /* Chooses a pixel for each cell that has one with a value in least..most.
  *   value       0 or NaN: none
- *   confidence  of two alike, the upper, then the left one is taken
+ *   confidence  0 or more; of two alike the upper, then the left pixel is taken
  *   step        1 to SHEF_PICKS_MAX_STEP */
 void shef_picks_choose(struct shef_picks *picks, struct shef_image_f32 value,
                        struct shef_image_f32 confidence, int32_t step, float least, float most);
