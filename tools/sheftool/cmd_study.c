@@ -34,7 +34,7 @@ static const struct shef_option options[] = {
                   "modes to compare, separated by commas, or all"),
     SHEF_RUN_OPTIONS(struct settings, how),
     SHEF_OPT_INT("every", struct settings, every, "1", 1, 1000000, NULL,
-                 "score every N-th frame only"),
+                 "score every N-th only of the frames that have a truth"),
     SHEF_OPT_INT("skip", struct settings, skip, "0", 0, 1000000, NULL,
                  "frames at the beginning that are not scored: nothing came before them"),
     SHEF_OPT_TEXT("json", struct settings, json, "FILE", NULL, "also write everything as JSON"),
@@ -57,8 +57,9 @@ struct study {
     struct mode_result *here;   /* of the recording under way */
     struct shef_run_scorer *scorer;
     struct shef_progress progress;
-    int64_t n;      /* frames of the recording under way */
-    bool is_scored; /* the frame under way */
+    int64_t n;        /* frames of the recording under way */
+    int64_t n_truths; /* of them, after those skipped */
+    bool is_scored;   /* the frame under way */
     json_t *recordings;
 };
 
@@ -115,17 +116,18 @@ static void count_direction(struct mode_result *result, const double truth[3],
         result->n_right++;
 }
 
-/* Not every frame need have a truth. */
+/* Not every frame need have a truth; --every counts those that have one. */
 static enum shef_err load_truth(struct study *study, uint64_t number, struct shef_error *err)
 {
     const struct settings *settings = study->settings;
     enum shef_err code;
 
     study->is_scored = false;
-    if (study->n <= settings->skip || study->n % settings->every != 0)
+    if (study->n <= settings->skip)
         return SHEF_OK;
     code = shef_run_scorer_load(study->scorer, number, err);
-    study->is_scored = code == SHEF_OK;
+    if (code == SHEF_OK)
+        study->is_scored = study->n_truths++ % settings->every == 0;
     return code == SHEF_ERR_NOT_FOUND ? SHEF_OK : code;
 }
 
@@ -253,6 +255,7 @@ static enum shef_err study_one(struct study *study, const char *path, struct she
         code = shef_run_scorer_open(&study->scorer, path, shef_run_calibration(run),
                                     shef_run_profile(run), err);
     study->n = 0;
+    study->n_truths = 0;
     if (code == SHEF_OK) {
         shef_progress_begin(&study->progress, path, shef_run_n_frames(run));
         code = shef_run_all(run, use_frame, study, err);

@@ -1,8 +1,13 @@
 /* Figures from tallies of runs, and their JSON. */
+#include <inttypes.h>
 #include <math.h>
+#include <stdio.h>
 
 #include "sheftool/report_parts.h"
 #include "sheftool/run_score.h"
+
+#define JSON_STEP  5  /* bins that become one in JSON */
+#define MAX_DIGITS 21 /* of a count, with its blank */
 
 static void part_merge(struct shef_run_part *into, const struct shef_run_part *from)
 {
@@ -80,18 +85,39 @@ double shef_run_calibration_error(const struct shef_run_tally *tally)
     return n > 0 ? sum / (double)n : NAN;
 }
 
+/* Counts of JSON_STEP bins each, with blanks between; what is left of the last bin comes last. */
+static json_t *bins_json(const uint32_t bins[SHEF_RUN_ERROR_BINS])
+{
+    char text[(SHEF_RUN_ERROR_BINS / JSON_STEP + 1) * MAX_DIGITS];
+    size_t length = 0;
+
+    for (int first = 0; first < SHEF_RUN_ERROR_BINS; first += JSON_STEP) {
+        uint64_t sum = 0;
+
+        for (int i = first; i < first + JSON_STEP && i < SHEF_RUN_ERROR_BINS; i++)
+            sum += bins[i];
+        length += (size_t)snprintf(text + length, sizeof text - length,
+                                   first > 0 ? " %" PRIu64 : "%" PRIu64, sum);
+    }
+    return json_string(text);
+}
+
 static json_t *part_json(const struct shef_run_part *part)
 {
     const struct shef_run_figures figures = shef_run_part_figures(part);
 
-    return json_pack(
-        "{s:I, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "pixels", (json_int_t)part->n_scored,
-        "bad_1_percent", shef_number_json(100 * figures.bad_1), "bad_2_percent",
-        shef_number_json(100 * figures.bad_2), "epe_px", shef_number_json(figures.epe_px),
-        "depth_error_percent", shef_number_json(100 * figures.depth_error), "bias_percent",
-        shef_number_json(100 * figures.bias), "mean_bias_of_good_percent",
-        shef_number_json(100 * figures.mean_bias), "coverage_percent",
-        shef_number_json(100 * figures.coverage));
+    return json_pack("{s:I, s:I, s:I, s:I, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}",
+                     "pixels", (json_int_t)part->n_scored, "found", (json_int_t)part->n_found,
+                     "bad_1", (json_int_t)part->n_bad_1, "bad_2", (json_int_t)part->n_bad_2,
+                     "sizes", bins_json(part->size), "signed_sizes", bins_json(part->signed_size),
+                     "bad_1_percent", shef_number_json(100 * figures.bad_1), "bad_2_percent",
+                     shef_number_json(100 * figures.bad_2), "epe_px",
+                     shef_number_json(figures.epe_px), "depth_error_percent",
+                     shef_number_json(100 * figures.depth_error), "bias_percent",
+                     shef_number_json(100 * figures.bias), "mean_bias_of_good_percent",
+                     shef_number_json(100 * figures.mean_bias), "coverage_percent",
+                     shef_number_json(100 * figures.coverage), "bin_percent",
+                     shef_number_json(100 * JSON_STEP * SHEF_RUN_ERROR_BIN));
 }
 
 static json_t *confidence_json(const struct shef_run_tally *tally)

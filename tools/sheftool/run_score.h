@@ -133,7 +133,9 @@ shef_event_time shef_run_scorer_middle(const struct shef_run_scorer *scorer);
 /* NULL is allowed. */
 void shef_run_scorer_close(struct shef_run_scorer *scorer);
 
-/* Everything as JSON; NULL: out of memory. */
+/* Everything as JSON, with the counts that it takes to pool tallies of several files: `sizes` are
+ * pixels by |relative depth error| from 0 in steps of bin_percent, `signed_sizes` by the error with
+ * its sign from -50 %; the last count is of all that is larger. NULL: out of memory. */
 json_t *shef_run_tally_json(const struct shef_run_tally *tally);
 
 #endif
