@@ -45,6 +45,8 @@ struct shef_robust_params {
     double prior_cost_per_px;     /* 0..64, for a fully confident previous disparity */
     double saturated_cost_per_px; /* the same where the event map is saturated */
     double prior_cap_px;          /* differences count up to here; at most 31 */
+    double confidence_scale;      /* of the confidence's logit, 0.1..10: fits it to another image */
+    double confidence_offset;     /* scale, kind of map or limit of error; -10..10 */
     double saturated_share;       /* an event map with more edge pixels than this is saturated */
 };
 

@@ -31,6 +31,7 @@ struct shef_robust_params shef_robust_defaults(int32_t width_px, int32_t height_
         .prior_cost_per_px = 25.0,
         .saturated_cost_per_px = 60.0,
         .prior_cap_px = 24.0,
+        .confidence_scale = 1.0,
         .saturated_share = 0.40,
     };
 }
@@ -120,6 +121,8 @@ static enum shef_err check(const struct shef_robust_params *params, struct shef_
         { "prior cost per px", params->prior_cost_per_px, 0, 64 },
         { "saturated cost per px", params->saturated_cost_per_px, 0, 64 },
         { "prior cap (px)", params->prior_cap_px, 0, 31 },
+        { "confidence scale", params->confidence_scale, 0.1, 10 },
+        { "confidence offset", params->confidence_offset, -10, 10 },
         { "saturated share", params->saturated_share, 0, 1 },
     };
 
@@ -313,7 +316,7 @@ struct shef_robust *shef_robust_create(const struct shef_robust_params *params,
     matcher->memory_bytes = from.total_bytes;
     memset(matcher->zero_left, matcher->shape.offset,
            (size_t)matcher->shape.left_length * sizeof *matcher->zero_left);
-    robust_confidence_init(matcher->tables);
+    robust_confidence_init(matcher->tables, params);
     return matcher;
 }
 

@@ -155,7 +155,8 @@ int32_t robust_n_strips(const struct shef_robust *matcher);
 void robust_confidence_task(void *matcher, int32_t chunk, int32_t worker);
 void robust_pixels_task(void *matcher, int32_t chunk, int32_t worker);
 
-void robust_confidence_init(struct robust_confidence_tables *tables);
+void robust_confidence_init(struct robust_confidence_tables *tables,
+                            const struct shef_robust_params *params);
 
 /* The grid rows of a chunk: [first, last). */
 static inline void robust_chunk_rows(const struct shef_robust *matcher, int32_t chunk,

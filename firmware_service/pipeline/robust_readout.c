@@ -21,13 +21,19 @@
 /* Neighbouring cells further than this from the best one lie on another surface. */
 #define SAME_SURFACE_PX 4.0f
 
-void robust_confidence_init(struct robust_confidence_tables *tables)
+void robust_confidence_init(struct robust_confidence_tables *tables,
+                            const struct shef_robust_params *params)
 {
+    const float scale = (float)params->confidence_scale;
+    const float offset = (float)params->confidence_offset;
+
     for (int i = 0; i < 4096; i++)
-        tables->margin[i] = LOGIT_BASE + LOGIT_MARGIN * logf(((float)i * 16.0f + 8.0f) / 1000.0f);
+        tables->margin[i] =
+            offset +
+            scale * (LOGIT_BASE + LOGIT_MARGIN * logf(((float)i * 16.0f + 8.0f) / 1000.0f));
     for (int i = 0; i < 256; i++) {
-        tables->texture[i] = LOGIT_TEXTURE * sqrtf((float)i / 255.0f);
-        tables->spread[i] = LOGIT_SPREAD * log1pf((float)i / 4.0f);
+        tables->texture[i] = scale * LOGIT_TEXTURE * sqrtf((float)i / 255.0f);
+        tables->spread[i] = scale * LOGIT_SPREAD * log1pf((float)i / 4.0f);
     }
     for (int i = 0; i < 512; i++)
         tables->probability[i] = 1.0f / (1.0f + expf(8.0f - ((float)i + 0.5f) / 32.0f));

@@ -13,10 +13,13 @@
 #include "sheftool/output_folder.h"
 #include "sheftool/picture.h"
 #include "sheftool/progress.h"
+#include "sheftool/run_eval.h"
 
 enum filter_choice { FILTER_BY_PROTOCOL, FILTER_NONE, FILTER_AUTHORS };
 
 struct settings {
+    const char *run_folder;
+    const char *recording;
     const char *disparity;
     const char *truth;
     const char *frame_edges;
@@ -32,10 +35,15 @@ struct settings {
 };
 
 static const struct shef_option options[] = {
-    SHEF_OPT_NEEDED("disparity", struct settings, disparity, "DIR",
-                    "maps to score, N.pfm in px or 16-bit N.png holding px * 256, 0 = none; "
-                    "N.conf.pfm beside them is their confidence"),
-    SHEF_OPT_NEEDED("gt", struct settings, truth, "DIR", "true disparity, N.pfm in px, 0 = none"),
+    SHEF_OPT_TEXT("run", struct settings, run_folder, "DIR", NULL,
+                  "score a result of `run` against its recording's truth, see above"),
+    SHEF_OPT_TEXT("recording", struct settings, recording, "DIR", NULL,
+                  "the recording, if it is no longer where `run` found it"),
+    SHEF_OPT_TEXT("disparity", struct settings, disparity, "DIR", NULL,
+                  "maps to score, N.pfm in px or 16-bit N.png holding px * 256, 0 = none; "
+                  "N.conf.pfm beside them is their confidence"),
+    SHEF_OPT_TEXT("gt", struct settings, truth, "DIR", NULL,
+                  "true disparity, N.pfm in px, 0 = none"),
     SHEF_OPT_TEXT("frame-edges", struct settings, frame_edges, "DIR", NULL,
                   "edge maps N.png of the frame camera, for coverage and the density curve; "
                   "protocol density needs them"),
@@ -65,6 +73,20 @@ static enum shef_err check(const void *opaque, struct shef_error *err)
 {
     const struct settings *settings = opaque;
 
+    if (settings->run_folder) {
+        if (settings->disparity || settings->truth || settings->frame_edges || settings->pairs)
+            return shef_fail(err, SHEF_ERR_INVALID,
+                             "--run names maps and truth by itself; leave --disparity, --gt, "
+                             "--frame-edges and --pairs away");
+        return SHEF_OK;
+    }
+    if (settings->recording)
+        return shef_fail(err, SHEF_ERR_INVALID, "--recording needs --run");
+    if (!settings->disparity || !settings->truth)
+        return shef_fail(err, SHEF_ERR_INVALID,
+                         "option --%s is missing; name the maps with --disparity and the truth "
+                         "with --gt, or a result of `run` with --run",
+                         settings->disparity ? "gt" : "disparity");
     if (shef_protocols[settings->protocol].needs_edges && !settings->frame_edges)
         return shef_fail(err, SHEF_ERR_INVALID,
                          "protocol %s scores pixels on frame edges; name their folder with "
@@ -284,9 +306,18 @@ static enum shef_err report(struct job *job, struct shef_error *err)
     return code;
 }
 
-static enum shef_err run(const void *opaque, struct shef_error *err)
+static enum shef_err score_run(const struct settings *settings, struct shef_error *err)
 {
-    const struct settings *settings = opaque;
+    return shef_run_eval(&(struct shef_run_eval_settings){ .run = settings->run_folder,
+                                                           .recording = settings->recording,
+                                                           .json = settings->json,
+                                                           .pictures = settings->pictures,
+                                                           .pictures_dir = settings->pictures_dir },
+                         err);
+}
+
+static enum shef_err score_maps(const struct settings *settings, struct shef_error *err)
+{
     struct job job = { .settings = settings };
     struct shef_evaluation_settings how = {
         .protocol = (enum shef_protocol_index)settings->protocol,
@@ -317,6 +348,13 @@ static enum shef_err run(const void *opaque, struct shef_error *err)
     return code;
 }
 
+static enum shef_err run(const void *opaque, struct shef_error *err)
+{
+    const struct settings *settings = opaque;
+
+    return settings->run_folder ? score_run(settings, err) : score_maps(settings, err);
+}
+
 const struct shef_command shef_command_eval = {
     .name = "eval",
     .summary = "score disparity maps against the truth",
@@ -333,7 +371,14 @@ const struct shef_command shef_command_eval = {
         "  dense    every pixel with truth below --truth-hole; no filter\n"
         "\n"
         "Scenes: scenes.json beside the gt folder names them; else numbers up to 147 are taken for\n"
-        "the authors' (1-49 complex boxes, 50-98 picnic, 99-147 simple boxes); else all are one.",
+        "the authors' (1-49 complex boxes, 50-98 picnic, 99-147 simple boxes); else all are one.\n"
+        "\n"
+        "With --run: the result of a simulated recording. Scored are, of each frame, the pixels of\n"
+        "the strongest 25 % Sobel gradient where the truth is valid and the event camera sees the\n"
+        "same place; one without an estimate is bad. bad-1, bad-2: |error| > 1, 2 px of f 555 px.\n"
+        "depth: median of |Z - Z_true| / Z_true; bias: median with its sign, + is too far. Also for\n"
+        "each frame's most confident 75 %, more than 5 px from depth jumps (0.5 px of disparity\n"
+        "between neighbours), and by the direction of motion.",
     .options = options,
     .settings_bytes = sizeof(struct settings),
     .check = check,
