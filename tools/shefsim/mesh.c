@@ -80,7 +80,7 @@ static double light_at(const struct sim_surface *s, double u, double v)
     const int32_t margin = s->kind == SIM_SURFACE_ELLIPSOID ? 1 : 0;
     const int32_t x = margin + (int32_t)(u * (t->width - 1 - 2 * margin) + .5);
     const int32_t y = margin + (int32_t)(v * (t->height - 1 - 2 * margin) + .5);
-    const double root = t->scale * (double)(t->quads[(int64_t)y * t->width + x] & 255);
+    const double root = t->scale * (double)(t->pairs[(int64_t)y * (t->width + 1) + x] & 255);
 
     return root * root;
 }

@@ -98,8 +98,8 @@ static void set_gloss(struct sim_trace_surface *out, const struct sim_surface *s
 static void set_texture(struct sim_trace_surface *out, const struct sim_texture *texture,
                         bool blink_on)
 {
-    out->quads = texture->inverse && !blink_on ? texture->inverse : texture->quads;
-    out->pitch = texture->width;
+    out->pairs = texture->inverse && !blink_on ? texture->inverse : texture->pairs;
+    out->pitch = texture->width + 1;
     out->last_u = texture->width - 1;
     out->last_v = texture->height - 1;
     out->max_u = (float)texture->width;

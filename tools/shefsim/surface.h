@@ -17,9 +17,10 @@ enum sim_surface_kind {
 
 /* Light per unit of texture: see texture.h. */
 struct sim_texture {
-    uint32_t *quads;   /* height rows of width; 2 x 2 texels each, packed into bytes */
-    uint32_t *inverse; /* of blinking surfaces: the other phase; else NULL */
-    int32_t width;     /* quads; texels are one more */
+    /* height rows of width + 1 pairs: a texel and, in the upper byte, the one below it */
+    uint16_t *pairs;
+    uint16_t *inverse; /* of blinking surfaces: the other phase; else NULL */
+    int32_t width;     /* squares between four texels; texels are one more */
     int32_t height;
     float scale; /* light = (scale * texel)^2 */
 };

@@ -181,19 +181,13 @@ static void bake_row(void *opaque, int32_t y, int32_t worker)
     }
 }
 
-static uint32_t *packed(const uint8_t *texels, int32_t width, int32_t height)
+static uint16_t *paired(const uint8_t *texels, int32_t width, int32_t height)
 {
-    uint32_t *quads = shef_memory_create((size_t)(width - 1) * (size_t)(height - 1), sizeof *quads);
+    uint16_t *pairs = shef_memory_create((size_t)width * (size_t)(height - 1), sizeof *pairs);
 
-    for (int32_t y = 0; quads && y < height - 1; y++)
-        for (int32_t x = 0; x < width - 1; x++) {
-            const uint8_t *at = texels + (size_t)y * (size_t)width + (size_t)x;
-
-            quads[(size_t)y * (size_t)(width - 1) + (size_t)x] =
-                (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[width] << 16 |
-                (uint32_t)at[width + 1] << 24;
-        }
-    return quads;
+    for (ptrdiff_t i = 0; pairs && i < (ptrdiff_t)width * (height - 1); i++)
+        pairs[i] = (uint16_t)(texels[i] | texels[i + width] << 8);
+    return pairs;
 }
 
 static void find_extent(struct bake *bake)
@@ -313,8 +307,8 @@ enum shef_err sim_texture_bake(struct sim_surface *surface, const struct sim_mat
     if (bake.texels[0] && (bake.texels[1] || !blinks)) {
         shef_workers_run(workers, bake_row, &bake, bake.height);
         surface->texture = (struct sim_texture){
-            .quads = packed(bake.texels[0], bake.width, bake.height),
-            .inverse = blinks ? packed(bake.texels[1], bake.width, bake.height) : NULL,
+            .pairs = paired(bake.texels[0], bake.width, bake.height),
+            .inverse = blinks ? paired(bake.texels[1], bake.width, bake.height) : NULL,
             .width = bake.width - 1,
             .height = bake.height - 1,
             .scale = (float)(sqrt(bake.brightest) / 255),
@@ -322,14 +316,14 @@ enum shef_err sim_texture_bake(struct sim_surface *surface, const struct sim_mat
     }
     free(bake.texels[0]);
     free(bake.texels[1]);
-    if (!surface->texture.quads || (blinks && !surface->texture.inverse))
+    if (!surface->texture.pairs || (blinks && !surface->texture.inverse))
         return shef_fail(err, SHEF_ERR_NO_MEMORY, "texture of %zu pixels: out of memory", n);
     return SHEF_OK;
 }
 
 void sim_texture_destroy(struct sim_texture *texture)
 {
-    free(texture->quads);
+    free(texture->pairs);
     free(texture->inverse);
     *texture = (struct sim_texture){ 0 };
 }

@@ -30,9 +30,9 @@ struct sim_trace_surface {
     float origin[3];
     float clip[2];
     /* Texture. */
-    const uint32_t *quads;
-    int32_t pitch;  /* quads per row */
-    int32_t last_u; /* the last quad's column and row */
+    const uint16_t *pairs; /* of texels, see struct sim_texture */
+    int32_t pitch;         /* pairs per row */
+    int32_t last_u;        /* the last square's column and row */
     int32_t last_v;
     float max_u; /* the last texel's column and row */
     float max_v;

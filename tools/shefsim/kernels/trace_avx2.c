@@ -97,9 +97,10 @@ static inline whole w_at(whole row, int32_t pitch, whole column)
     return _mm256_add_epi32(_mm256_mullo_epi32(row, w_set(pitch)), column);
 }
 
-static inline whole w_gather(const uint32_t *from, whole index)
+/* from[index] in the lower half, from[index + 1] in the upper one */
+static inline whole w_gather(const uint16_t *from, whole index)
 {
-    return _mm256_i32gather_epi32((const int *)from, index, 4);
+    return _mm256_i32gather_epi32((const int *)(const void *)from, index, 2);
 }
 
 static inline mask m_and(mask a, mask b)

@@ -97,9 +97,10 @@ static inline whole w_at(whole row, int32_t pitch, whole column)
     return row * pitch + column;
 }
 
-static inline whole w_gather(const uint32_t *from, whole index)
+/* from[index] in the lower half, from[index + 1] in the upper one */
+static inline whole w_gather(const uint16_t *from, whole index)
 {
-    return (int32_t)from[index];
+    return (int32_t)((uint32_t)from[index] | (uint32_t)from[index + 1] << 16);
 }
 
 static inline mask m_and(mask a, mask b)

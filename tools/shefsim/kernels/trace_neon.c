@@ -2,6 +2,7 @@
 #include <arm_neon.h>
 #include <stdbool.h>
 #include <stdint.h>
+#include <string.h>
 
 #include "core/cpu.h"
 
@@ -97,15 +98,15 @@ static inline whole w_at(whole row, int32_t pitch, whole column)
     return vmlaq_n_s32(column, row, pitch);
 }
 
-static inline whole w_gather(const uint32_t *from, whole index)
+/* from[index] in the lower half, from[index + 1] in the upper one */
+static inline whole w_gather(const uint16_t *from, whole index)
 {
-    const uint32_t values[LANES] = {
-        from[vgetq_lane_s32(index, 0)],
-        from[vgetq_lane_s32(index, 1)],
-        from[vgetq_lane_s32(index, 2)],
-        from[vgetq_lane_s32(index, 3)],
-    };
+    uint32_t values[LANES];
 
+    memcpy(&values[0], from + vgetq_lane_s32(index, 0), sizeof values[0]);
+    memcpy(&values[1], from + vgetq_lane_s32(index, 1), sizeof values[1]);
+    memcpy(&values[2], from + vgetq_lane_s32(index, 2), sizeof values[2]);
+    memcpy(&values[3], from + vgetq_lane_s32(index, 3), sizeof values[3]);
     return vreinterpretq_s32_u32(vld1q_u32(values));
 }
 
