@@ -148,8 +148,9 @@ static enum shef_err record_until(struct sim_event_stream *stream, int64_t until
     const uint32_t passed_us = (uint32_t)(reached_us - stream->base_us);
 
     stream->list.n -= at;
-    memmove(stream->list.events, stream->list.events + at,
-            stream->list.n * sizeof *stream->list.events);
+    if (stream->list.n > 0)
+        memmove(stream->list.events, stream->list.events + at,
+                stream->list.n * sizeof *stream->list.events);
     for (size_t i = 0; i < stream->list.n; i++)
         stream->list.events[i].t_us -= passed_us;
     stream->base_us = reached_us;
