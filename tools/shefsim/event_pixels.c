@@ -111,11 +111,12 @@ static struct line make_line(const struct sim_event_sensor *sensor,
     };
 }
 
-static int64_t crosses_after_ns(const struct line *line, int32_t target)
+static int64_t crosses_after_ns(const struct line *line, int32_t target, bool on)
 {
-    const double after_ns = (double)(target - line->from_level) * line->ns_per_level;
+    const int32_t change = target - line->from_level;
+    const bool is_ahead = on ? change > 0 : change < 0;
 
-    return after_ns > 0 ? (int64_t)after_ns : 0;
+    return is_ahead ? (int64_t)((double)change * line->ns_per_level) : 0;
 }
 
 /* One event of one pixel: its time after latency, jitter and dead time.
@@ -160,7 +161,7 @@ static bool fire(struct sim_event_sensor *sensor, const struct sim_event_step *s
         return false;
     for (; k < n; k++) {
         const int64_t crossed_ns =
-            step->from_ns + crosses_after_ns(&line, reference + (k + 1) * stride);
+            step->from_ns + crosses_after_ns(&line, reference + (k + 1) * stride, on);
         const int64_t t_ns = fire_ns(sensor, step, pixel, k, crossed_ns);
 
         if (t_ns == INT64_MIN)
