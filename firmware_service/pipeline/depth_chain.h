@@ -82,7 +82,7 @@ struct shef_depth_params {
     enum shef_frame_pixels pixels; /* of raw frames */
     enum shef_depth_mode mode;     /* to begin with */
     uint32_t modes;           /* bits (1 << mode) that set_mode() may choose; mode's is implied */
-    int32_t max_disparity_px; /* of the profile; 0: 48 for wide, 112 for paper */
+    int32_t max_disparity_px; /* of the profile; 0: 47 for wide, 110 for paper */
     double lag_px;            /* in px of the event sensor, 0..8 */
     double travel_m;          /* of a temporal pair, 0.001..0.1 */
     double least_speed_m_s;   /* below this the camera counts as standing */

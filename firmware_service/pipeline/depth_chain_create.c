@@ -87,8 +87,9 @@ static enum shef_err set_geometry(struct shef_depth_chain *chain,
     memcpy(geometry->r_camera_rectified, chain->left.r_camera_rectified,
            sizeof geometry->r_camera_rectified);
     geometry->max_disparity_px = chain->params.max_disparity_px;
+    /* A level less than a multiple of 16: the matcher rounds up to more. */
     if (geometry->max_disparity_px == 0)
-        geometry->max_disparity_px = is_fine(chain) ? 112 : 48;
+        geometry->max_disparity_px = is_fine(chain) ? 110 : 47;
 
     const double frame_s = (double)calibration->frame_delay.sigma_ns * 1e-9;
     const double event_s = (double)calibration->event_delay.sigma_ns * 1e-9;

@@ -42,7 +42,7 @@ struct shef_run_options {
         SHEF_OPT_REAL("delay", type_, how_.delay_ms, "0", -50, 50, "ms",                           \
                       "added to the calibrated delay of exposures, for studies"),                  \
         SHEF_OPT_INT("max-disparity", type_, how_.max_disparity_px, "0", 0, 256, "px",             \
-                     "largest disparity searched, 16 or more; 0: 48 for wide, 112 for paper"),     \
+                     "largest disparity searched, 16 or more; 0: 47 for wide, 110 for paper"),     \
         SHEF_OPT_FLAG("align", type_, how_.align,                                                  \
                       "measure and take out a vertical residual between the views"),               \
         SHEF_OPT_FLAG("past", type_, how_.past, "take the previous frame's result as a prior"),    \
