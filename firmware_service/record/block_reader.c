@@ -182,6 +182,14 @@ enum shef_err shef_block_reader_next(struct shef_block_reader *reader, uint8_t *
     return SHEF_ERR_EMPTY;
 }
 
+void shef_block_reader_rewind(struct shef_block_reader *reader)
+{
+    close_segment(reader);
+    reader->at_segment = 0;
+    reader->has_delivered = false;
+    reader->position = 0;
+}
+
 /* The readable segment of a number, or NULL. */
 static const struct shef_block_segment *find_segment(const struct shef_block_reader *reader,
                                                      uint32_t number)

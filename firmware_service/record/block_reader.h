@@ -78,6 +78,9 @@ SHEF_MUST_CHECK enum shef_err shef_block_reader_next(struct shef_block_reader *r
                                                      uint8_t *room, struct shef_block *out_block,
                                                      struct shef_error *err);
 
+/* Makes next() start again with the first block. Damage goes on counting. */
+void shef_block_reader_rewind(struct shef_block_reader *reader);
+
 /* Reads the bytes of a block that next() has found, in any order.
  *   room  max_block_bytes for it
  * SHEF_ERR_FORMAT: it is damaged; counted. SHEF_ERR_IO and other errors of the system. */

@@ -1,5 +1,6 @@
 #include "record/replay.h"
 
+#include <assert.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -146,6 +147,13 @@ int64_t shef_replay_late_ns(const struct shef_replay *replay)
 const struct shef_damage *shef_replay_damage(const struct shef_replay *replay)
 {
     return shef_block_reader_damage(replay->reader);
+}
+
+void shef_replay_rewind(struct shef_replay *replay)
+{
+    assert(!replay->next.buffer);
+    shef_block_reader_rewind(replay->reader);
+    replay->n_seen = 0;
 }
 
 void shef_replay_destroy(struct shef_replay *replay)

@@ -56,6 +56,10 @@ int64_t shef_replay_late_ns(const struct shef_replay *replay);
 /* What was found so far; complete after SHEF_ERR_EMPTY.           Thread: source. */
 const struct shef_damage *shef_replay_damage(const struct shef_replay *replay);
 
+/* Plays from the start again, after take() has said SHEF_ERR_EMPTY: numbers and permissions go on,
+ * decoding starts anew from the start state. Allocates nothing.   Thread: source. */
+void shef_replay_rewind(struct shef_replay *replay);
+
 /* Every buffer must have been given back. NULL is allowed.        Thread: setup. */
 void shef_replay_destroy(struct shef_replay *replay);
 

@@ -11,7 +11,7 @@
 #include "pipeline/warp.h"
 #include "sheftool/command.h"
 #include "sheftool/events_moments.h"
-#include "sheftool/run_clock.h"
+#include "record/recorded_clock.h"
 #include "sheftool/run_internal.h"
 
 /* Frames are offered to the pairing this far ahead of the snapshots. */
@@ -119,8 +119,8 @@ static enum shef_err open_robot(struct shef_run *run, struct shef_error *err)
     if (settings->ignores_robot)
         return SHEF_OK;
 
-    const enum shef_err code =
-        shef_run_poses_read(settings->recording, run->calibration.robot_delay.ns, &run->poses, err);
+    const enum shef_err code = shef_pose_track_read(
+        settings->recording, run->calibration.robot_delay.ns, &run->poses, err);
 
     if (code == SHEF_ERR_NOT_FOUND && !settings->needs_robot) {
         add_note(run, "no poses were recorded: the direction of motion is found from the pictures");
@@ -128,7 +128,7 @@ static enum shef_err open_robot(struct shef_run *run, struct shef_error *err)
     }
     if (code == SHEF_OK && !run->clock.is_known) {
         add_note(run, "the events' index does not say when they arrived: poses cannot be joined");
-        shef_run_poses_free(&run->poses);
+        shef_pose_track_free(&run->poses);
     }
     return code;
 }
@@ -155,7 +155,7 @@ enum shef_err shef_run_open(struct shef_run **out_run, const struct shef_run_set
     if (code == SHEF_OK)
         code = check_sizes(run, err);
     if (code == SHEF_OK)
-        code = shef_run_clock_read(settings->recording, &run->clock, err);
+        code = shef_recorded_clock_read(settings->recording, &run->clock, err);
     if (code == SHEF_OK)
         code = open_robot(run, err);
     if (code == SHEF_OK)
@@ -176,7 +176,7 @@ void shef_run_close(struct shef_run *run)
         shef_depth_chain_destroy(run->chains[i]);
     shef_depth_output_destroy(&run->output);
     shef_workers_destroy(run->workers);
-    shef_run_poses_free(&run->poses);
+    shef_pose_track_free(&run->poses);
     for (int32_t i = 0; i < N_HELD; i++)
         free(run->held[i].memory);
     shef_recorded_frames_close(run->frames);
@@ -259,10 +259,11 @@ static const struct shef_snapshot *find_held(const struct shef_run *run, uint64_
 static void set_velocity(struct shef_run *run, const struct shef_snapshot *snapshot,
                          struct shef_depth_input *input)
 {
-    struct shef_run_pose pose;
+    struct shef_tracked_pose pose;
 
     if (run->poses.n == 0 ||
-        !shef_run_poses_at(&run->poses, shef_run_clock_host(&run->clock, snapshot->mid), &pose))
+        !shef_pose_track_at(&run->poses, shef_recorded_clock_host(&run->clock, snapshot->mid),
+                            &pose))
         return;
     shef_depth_velocity(&run->calibration, &run->geometry, &pose.t_world_hand, pose.speed,
                         input->velocity_m_s);
@@ -386,7 +387,7 @@ static enum shef_err use_moment(void *context, const struct shef_moment *moment,
                                   .mid = snapshot->mid,
                                   .t_err_ns = snapshot->t_err_ns,
                                   .has_host = run->clock.is_known,
-                                  .host = shef_run_clock_host(&run->clock, snapshot->rise),
+                                  .host = shef_recorded_clock_host(&run->clock, snapshot->rise),
                               });
     offer_frames(run, run->n_held + FRAMES_AHEAD);
     code = drain(run, err);

@@ -5,8 +5,8 @@
 #include "sheftool/events_source.h"
 #include "sheftool/paths.h"
 #include "sheftool/run_chain.h"
-#include "sheftool/run_clock.h"
-#include "sheftool/run_poses.h"
+#include "record/recorded_clock.h"
+#include "record/pose_track.h"
 
 #define N_HELD 128 /* snapshots that wait for their frames; memory as needed */
 
@@ -24,8 +24,8 @@ struct shef_run {
     uint32_t width_px; /* of the event sensor */
     uint32_t height_px;
     struct shef_recorded_frames *frames;
-    struct shef_run_clock clock;
-    struct shef_run_poses poses;
+    struct shef_recorded_clock clock;
+    struct shef_pose_track poses;
     struct shef_workers *workers;
     struct shef_depth_chain *chains[SHEF_DEPTH_N_MODES];
     struct shef_depth_output output;

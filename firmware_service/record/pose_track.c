@@ -1,4 +1,4 @@
-#include "sheftool/run_poses.h"
+#include "record/pose_track.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -8,15 +8,15 @@
 
 #define MAX_GAP_NS (100 * SHEF_NS_PER_MS)
 
-static enum shef_err add(struct shef_run_poses *poses, size_t *capacity,
-                         const struct shef_run_pose *pose, struct shef_error *err)
+static enum shef_err add(struct shef_pose_track *poses, size_t *capacity,
+                         const struct shef_tracked_pose *pose, struct shef_error *err)
 {
     if (poses->n == *capacity) {
         const size_t n = *capacity > 0 ? 2 * *capacity : 1024;
-        struct shef_run_pose *more = realloc(poses->poses, n * sizeof *more);
+        struct shef_tracked_pose *more = realloc(poses->poses, n * sizeof *more);
 
         if (!more)
-            return shef_fail(err, SHEF_ERR_NO_MEMORY, "run: no memory for %zu poses", n);
+            return shef_fail(err, SHEF_ERR_NO_MEMORY, "poses: no memory for %zu poses", n);
         poses->poses = more;
         *capacity = n;
     }
@@ -25,11 +25,11 @@ static enum shef_err add(struct shef_run_poses *poses, size_t *capacity,
 }
 
 /* Speeds from positions, where the robot does not say them. Turning is not known then. */
-static void fill_speeds(struct shef_run_poses *poses)
+static void fill_speeds(struct shef_pose_track *poses)
 {
     for (size_t i = 0; i < poses->n; i++) {
-        const struct shef_run_pose *a = &poses->poses[i > 0 ? i - 1 : 0];
-        const struct shef_run_pose *b = &poses->poses[i + 1 < poses->n ? i + 1 : i];
+        const struct shef_tracked_pose *a = &poses->poses[i > 0 ? i - 1 : 0];
+        const struct shef_tracked_pose *b = &poses->poses[i + 1 < poses->n ? i + 1 : i];
         const double span_s = (double)shef_host_time_since(b->at, a->at) * 1e-9;
 
         for (int axis = 0; axis < 3 && span_s > 0; axis++)
@@ -39,7 +39,7 @@ static void fill_speeds(struct shef_run_poses *poses)
 }
 
 /* The robot's own clock has no jitter of arrival: times follow it, held by the soonest arrivals. */
-static void smooth_times(struct shef_run_poses *poses, const int64_t *robot_ns)
+static void smooth_times(struct shef_pose_track *poses, const int64_t *robot_ns)
 {
     int64_t least_ns = INT64_MAX;
 
@@ -52,12 +52,12 @@ static void smooth_times(struct shef_run_poses *poses, const int64_t *robot_ns)
         poses->poses[i].at.ns = robot_ns[i] + least_ns;
 }
 
-enum shef_err shef_run_poses_read(const char *recording, int64_t delay_ns,
-                                  struct shef_run_poses *out_poses, struct shef_error *err)
+enum shef_err shef_pose_track_read(const char *recording, int64_t delay_ns,
+                                   struct shef_pose_track *out_poses, struct shef_error *err)
 {
     struct shef_recorded_poses *reader;
     struct shef_recorded_pose pose;
-    struct shef_run_poses poses = { 0 };
+    struct shef_pose_track poses = { 0 };
     size_t capacity = 0;
     bool has_speed = true;
     int64_t *robot_ns = NULL;
@@ -68,11 +68,16 @@ enum shef_err shef_run_poses_read(const char *recording, int64_t delay_ns,
     if (code != SHEF_OK)
         return code;
     robot_ns = malloc((size_t)(shef_recorded_poses_count(reader) + 1) * sizeof *robot_ns);
-    if (!robot_ns)
-        code = shef_fail(err, SHEF_ERR_NO_MEMORY, "run: no memory for poses");
+    poses.recipe = *shef_recorded_poses_recipe(reader);
+    poses.frequency_hz = shef_recorded_poses_frequency_hz(reader);
+    poses.packages =
+        malloc((size_t)(shef_recorded_poses_count(reader) + 1) * poses.recipe.package_bytes);
+    if (!robot_ns || !poses.packages)
+        code = shef_fail(err, SHEF_ERR_NO_MEMORY, "poses: no memory for poses");
     while (code == SHEF_OK && (code = shef_recorded_poses_next(reader, &pose, err)) == SHEF_OK) {
-        struct shef_run_pose kept = { .at = shef_host_time_add(pose.arrived, -delay_ns),
-                                      .t_world_hand = pose.t_world_hand };
+        struct shef_tracked_pose kept = { .at = shef_host_time_add(pose.arrived, -delay_ns),
+                                          .arrived = pose.arrived,
+                                          .t_world_hand = pose.t_world_hand };
 
         /* A clock that steps back: the controller was started again. */
         if (poses.n > 0 && pose.time.ns <= robot_ns[poses.n - 1])
@@ -81,6 +86,8 @@ enum shef_err shef_run_poses_read(const char *recording, int64_t delay_ns,
         memcpy(kept.speed + 3, pose.turn_rad_s, sizeof pose.turn_rad_s);
         has_speed = has_speed && pose.has_speed;
         robot_ns[poses.n] = pose.time.ns;
+        memcpy(poses.packages + poses.n * poses.recipe.package_bytes, pose.package,
+               poses.recipe.package_bytes);
         code = add(&poses, &capacity, &kept, err);
     }
     shef_recorded_poses_close(reader);
@@ -93,14 +100,14 @@ enum shef_err shef_run_poses_read(const char *recording, int64_t delay_ns,
             fill_speeds(&poses);
         *out_poses = poses;
     } else {
-        shef_run_poses_free(&poses);
+        shef_pose_track_free(&poses);
     }
     free(robot_ns);
     return code;
 }
 
-bool shef_run_poses_at(const struct shef_run_poses *poses, shef_host_time at,
-                       struct shef_run_pose *out_pose)
+bool shef_pose_track_at(const struct shef_pose_track *poses, shef_host_time at,
+                        struct shef_tracked_pose *out_pose)
 {
     size_t low = 0;
     size_t high = poses->n;
@@ -116,8 +123,8 @@ bool shef_run_poses_at(const struct shef_run_poses *poses, shef_host_time at,
     if (low == 0 || low == poses->n)
         return false;
 
-    const struct shef_run_pose *a = &poses->poses[low - 1];
-    const struct shef_run_pose *b = &poses->poses[low];
+    const struct shef_tracked_pose *a = &poses->poses[low - 1];
+    const struct shef_tracked_pose *b = &poses->poses[low];
     const double share = (double)(at.ns - a->at.ns) / (double)(b->at.ns - a->at.ns);
 
     if (b->at.ns - a->at.ns > MAX_GAP_NS)
@@ -129,8 +136,9 @@ bool shef_run_poses_at(const struct shef_run_poses *poses, shef_host_time at,
     return true;
 }
 
-void shef_run_poses_free(struct shef_run_poses *poses)
+void shef_pose_track_free(struct shef_pose_track *poses)
 {
     free(poses->poses);
-    *poses = (struct shef_run_poses){ 0 };
+    free(poses->packages);
+    *poses = (struct shef_pose_track){ 0 };
 }

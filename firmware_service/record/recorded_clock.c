@@ -1,13 +1,12 @@
-#include "sheftool/run_clock.h"
+#include "record/recorded_clock.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
-#include <stdlib.h>
 
 #include "record/block_reader.h"
 #include "record/event_part.h"
-#include "sheftool/paths.h"
 
 /* The soonest arrivals of so many stretches make the line. */
 #define N_STRETCHES 16
@@ -19,7 +18,7 @@ struct soonest {
 };
 
 /* Slope and height of the line through delays, by least squares. */
-static void fit_line(const struct soonest *at, struct shef_run_clock *clock)
+static void fit_line(const struct soonest *at, struct shef_recorded_clock *clock)
 {
     double n = 0, x = 0, y = 0, xx = 0, xy = 0;
 
@@ -45,27 +44,24 @@ static void fit_line(const struct soonest *at, struct shef_run_clock *clock)
     clock->is_known = true;
 }
 
-enum shef_err shef_run_clock_read(const char *recording, struct shef_run_clock *out_clock,
-                                  struct shef_error *err)
+enum shef_err shef_recorded_clock_read(const char *recording, struct shef_recorded_clock *out_clock,
+                                       struct shef_error *err)
 {
-    char folder[SHEF_PATH_BYTES];
+    char folder[PATH_MAX];
     struct soonest at[N_STRETCHES] = { { false } };
-    struct shef_run_clock clock = { .rate = 1 };
+    struct shef_recorded_clock clock = { .rate = 1 };
     struct shef_block_reader *reader;
     struct shef_block block;
-    uint8_t *room = malloc(SHEF_EVENT_BLOCK_MAX_BYTES);
 
-    snprintf(folder, sizeof folder, "%s/" SHEF_EVENT_FOLDER, recording);
-    if (!room)
-        return shef_fail(err, SHEF_ERR_NO_MEMORY, "read '%s': out of memory", folder);
+    if (snprintf(folder, sizeof folder, "%s/" SHEF_EVENT_FOLDER, recording) >= PATH_MAX)
+        return shef_fail(err, SHEF_ERR_INVALID, "read '%s': the path is too long", recording);
 
     enum shef_err code = shef_block_reader_open(folder, SHEF_PART_EVENTS, SHEF_EVENT_ENDING,
                                                 SHEF_EVENT_BLOCK_MAX_BYTES, &reader, err);
 
-    if (code != SHEF_OK) {
-        free(room);
+    if (code != SHEF_OK)
         return code;
-    }
+
     const struct shef_block_summary *summary = shef_block_reader_summary(reader);
 
     if (summary->has_blocks) {
@@ -74,7 +70,10 @@ enum shef_err shef_run_clock_read(const char *recording, struct shef_run_clock *
 
         clock.starts_whole = summary->first.number == 0 && summary->first.n_lost_before == 0;
         clock.event.ns = first_us * SHEF_NS_PER_US;
-        while ((code = shef_block_reader_next(reader, room, &block, err)) == SHEF_OK) {
+        clock.last_event.ns = summary->last.last_us * SHEF_NS_PER_US;
+        clock.first_arrived = summary->first.arrived;
+        clock.last_arrived = summary->last.arrived;
+        while ((code = shef_block_reader_next(reader, NULL, &block, err)) == SHEF_OK) {
             const double event_ns = (double)(block.record.last_us * SHEF_NS_PER_US);
             const double delay_ns = (double)(block.record.arrived.ns) - event_ns;
             const int64_t i = (block.record.last_us - first_us) * N_STRETCHES / span_us;
@@ -87,12 +86,12 @@ enum shef_err shef_run_clock_read(const char *recording, struct shef_run_clock *
             fit_line(at, &clock);
     }
     shef_block_reader_close(reader);
-    free(room);
     *out_clock = clock;
     return code == SHEF_ERR_EMPTY || code == SHEF_OK ? SHEF_OK : code;
 }
 
-shef_host_time shef_run_clock_host(const struct shef_run_clock *clock, shef_event_time event)
+shef_host_time shef_recorded_clock_host(const struct shef_recorded_clock *clock,
+                                        shef_event_time event)
 {
     const double since_ns = (double)shef_event_time_since(event, clock->event);
 
