@@ -263,25 +263,50 @@ static bool write_image(struct png_session *session, const struct source *source
     return true;
 }
 
-static enum shef_err write_source(const char *path, const struct source *source,
-                                  struct shef_error *err)
+/* The file in memory, to be freed. */
+static enum shef_err encode_source(const struct source *source, uint8_t **out_bytes,
+                                   size_t *out_n_bytes, struct shef_error *err)
 {
     assert(source->width_px > 0 && source->height_px > 0);
 
     struct png_session session = { .reason = "out of memory" };
-    enum shef_err code;
+    bool is_written;
 
     session.png =
         png_create_write_struct(PNG_LIBPNG_VER_STRING, &session, keep_error, ignore_warning);
     if (session.png)
         session.info = png_create_info_struct(session.png);
-    if (session.info && write_image(&session, source))
-        code = shef_file_replace_lazily(path, session.bytes, session.n_bytes, err);
-    else
-        code = shef_fail(err, SHEF_ERR_NO_MEMORY, "write '%s': %s", path, session.reason);
+    is_written = session.info && write_image(&session, source);
     png_destroy_write_struct(&session.png, &session.info);
-    free(session.bytes);
+    if (!is_written) {
+        free(session.bytes);
+        return shef_fail(err, SHEF_ERR_NO_MEMORY, "encode a picture: %s", session.reason);
+    }
+    *out_bytes = session.bytes;
+    *out_n_bytes = session.n_bytes;
+    return SHEF_OK;
+}
+
+static enum shef_err write_source(const char *path, const struct source *source,
+                                  struct shef_error *err)
+{
+    uint8_t *bytes = NULL;
+    size_t n_bytes = 0;
+    enum shef_err code = encode_source(source, &bytes, &n_bytes, err);
+
+    if (code != SHEF_OK)
+        return shef_fail_context(err, "write '%s'", path);
+    code = shef_file_replace_lazily(path, bytes, n_bytes, err);
+    free(bytes);
     return code;
+}
+
+static struct source source_of_rgb8(struct shef_image_rgb8 image)
+{
+    return (struct source){
+        (const uint8_t *)image.data, image.width_px, image.height_px, image.stride_bytes, 8,
+        PNG_COLOR_TYPE_RGB
+    };
 }
 
 enum shef_err shef_png_write_u8(const char *path, struct shef_image_u8 image,
@@ -306,9 +331,15 @@ enum shef_err shef_png_write_u16(const char *path, struct shef_image_u16 image,
 enum shef_err shef_png_write_rgb8(const char *path, struct shef_image_rgb8 image,
                                   struct shef_error *err)
 {
-    return write_source(path,
-                        &(struct source){ (const uint8_t *)image.data, image.width_px,
-                                          image.height_px, image.stride_bytes, 8,
-                                          PNG_COLOR_TYPE_RGB },
-                        err);
+    const struct source source = source_of_rgb8(image);
+
+    return write_source(path, &source, err);
+}
+
+enum shef_err shef_png_encode_rgb8(struct shef_image_rgb8 image, uint8_t **out_bytes,
+                                   size_t *out_n_bytes, struct shef_error *err)
+{
+    const struct source source = source_of_rgb8(image);
+
+    return encode_source(&source, out_bytes, out_n_bytes, err);
 }

@@ -43,6 +43,11 @@ SHEF_MUST_CHECK enum shef_err shef_png_write_u16(const char *path, struct shef_i
 SHEF_MUST_CHECK enum shef_err shef_png_write_rgb8(const char *path, struct shef_image_rgb8 image,
                                                   struct shef_error *err);
 
+/* A colour file in memory; free() it. SHEF_ERR_NO_MEMORY. */
+SHEF_MUST_CHECK enum shef_err shef_png_encode_rgb8(struct shef_image_rgb8 image,
+                                                   uint8_t **out_bytes, size_t *out_n_bytes,
+                                                   struct shef_error *err);
+
 #ifdef __cplusplus
 }
 #endif
