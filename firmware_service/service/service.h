@@ -52,13 +52,13 @@ SHEF_MUST_CHECK enum shef_err shef_service_apply(struct shef_service *service,
                                                  const struct shef_config *config,
                                                  struct shef_error *err);
 
-/* What the watchdog looks at. */
+/* What the watchdog looks at; asked every second, which is also when windows of rates end. */
 struct shef_service_progress {
     uint64_t n_steps; /* grows with every piece of work that any stage has finished */
     bool is_expected; /* a source is running: without new steps something hangs */
 };
 
-struct shef_service_progress shef_service_progress(const struct shef_service *service);
+struct shef_service_progress shef_service_progress(struct shef_service *service);
 
 /* One line for people, e.g. "idle, no source" or "playing walk-1 at 54.0 frames/s".
  *   out_text  n_bytes bytes, terminated */

@@ -1,0 +1,293 @@
+/* What people may tell the service to do; docs/control.md describes it. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "control/command.h"
+#include "control/request.h"
+#include "core/base64.h"
+#include "core/cpu.h"
+#include "core/memory.h"
+#include "core/png_io.h"
+#include "service/kernels.h"
+#include "service/picture.h"
+#include "service/recording_list.h"
+#include "service/service_internal.h"
+#include "service/wiring.h"
+
+static enum shef_err answer_status(void *context, const json_t *arguments, json_t *answer,
+                                   struct shef_error *err)
+{
+    (void)arguments;
+    (void)err;
+    shef_status_fill(context, answer);
+    return SHEF_OK;
+}
+
+static enum shef_err answer_top(void *context, const json_t *arguments, json_t *answer,
+                                struct shef_error *err)
+{
+    (void)arguments;
+    (void)err;
+    shef_top_fill(context, answer);
+    return SHEF_OK;
+}
+
+static enum shef_err merge(json_t *answer, json_t *from, struct shef_error *err)
+{
+    if (!from)
+        return shef_fail(err, SHEF_ERR_NO_MEMORY, "answer: out of memory");
+    json_object_update(answer, from);
+    json_decref(from);
+    return SHEF_OK;
+}
+
+static enum shef_err answer_kernels(void *context, const json_t *arguments, json_t *answer,
+                                    struct shef_error *err)
+{
+    (void)context;
+    (void)arguments;
+    return merge(answer, shef_kernels_to_json(shef_cpu_features()), err);
+}
+
+/* Without a source the tables are made for showing only. */
+static enum shef_err answer_graph(void *context, const json_t *arguments, json_t *answer,
+                                  struct shef_error *err)
+{
+    const struct shef_service *service = context;
+    struct shef_graph *graph;
+    enum shef_err code;
+
+    (void)arguments;
+    if (service->playback)
+        return merge(answer, shef_graph_to_json(shef_playback_graph(service->playback)), err);
+    code = shef_wiring_create(&service->config, &graph, err);
+    if (code != SHEF_OK)
+        return code;
+    code = merge(answer, shef_graph_to_json(graph), err);
+    shef_graph_destroy(graph);
+    return code;
+}
+
+static enum shef_err answer_mode(void *context, const json_t *arguments, json_t *answer,
+                                 struct shef_error *err)
+{
+    struct shef_service *service = context;
+    json_t *modes;
+    char name[SHEF_CONFIG_NAME_BYTES];
+
+    if (json_object_get(arguments, "name")) {
+        enum shef_err code = shef_control_text(arguments, "name", name, sizeof name, err);
+
+        if (code != SHEF_OK)
+            return code;
+        if (shef_live_mode_of(name) == SHEF_DEPTH_N_MODES)
+            return shef_fail(err, SHEF_ERR_INVALID, "mode '%s': there are %s", name,
+                             SHEF_DEPTH_MODE_CHOICES);
+        snprintf(service->config.depth.mode, sizeof service->config.depth.mode, "%s", name);
+        shef_live_apply(&service->live, &service->config);
+    }
+    modes = json_array();
+    for (int i = 0; i < SHEF_DEPTH_N_MODES; i++)
+        json_array_append_new(modes, json_string(shef_depth_mode_name((enum shef_depth_mode)i)));
+    json_object_set_new(answer, "mode", json_string(service->config.depth.mode));
+    json_object_set_new(answer, "modes", modes);
+    return SHEF_OK;
+}
+
+/* ---- snapshot --------------------------------------------------------------------------- */
+
+static enum shef_err encode(const struct shef_result *result, json_t *answer,
+                            struct shef_error *err)
+{
+    struct shef_image_rgb8 picture;
+    uint8_t *bytes = NULL;
+    size_t n_bytes = 0;
+    char *text = NULL;
+    enum shef_err code = shef_picture_of_result(result, &picture, err);
+
+    if (code != SHEF_OK)
+        return code;
+    code = shef_png_encode_rgb8(picture, &bytes, &n_bytes, err);
+    if (code == SHEF_OK) {
+        text = shef_base64_encode(bytes, n_bytes);
+        if (!text)
+            code = shef_fail(err, SHEF_ERR_NO_MEMORY, "snapshot: out of memory");
+    }
+    if (code == SHEF_OK) {
+        json_object_set_new(answer, "png_base64", json_string(text));
+        json_object_set_new(answer, "width_px", json_integer(picture.width_px));
+        json_object_set_new(answer, "height_px", json_integer(picture.height_px));
+        json_object_set_new(answer, "seq", json_integer((json_int_t)result->seq));
+    }
+    free(text);
+    free(bytes);
+    shef_image_destroy_rgb8(&picture);
+    return code;
+}
+
+static enum shef_err answer_snapshot(void *context, const json_t *arguments, json_t *answer,
+                                     struct shef_error *err)
+{
+    const struct shef_service *service = context;
+    struct shef_result *result = service->playback ? shef_playback_newest(service->playback) : NULL;
+    enum shef_err code;
+
+    (void)arguments;
+    if (!result)
+        return shef_fail(err, SHEF_ERR_EMPTY,
+                         service->playback ? "snapshot: there is no result yet"
+                                           : "snapshot: nothing is playing; start with 'play'");
+    code = encode(result, answer, err);
+    shef_result_give(result);
+    return code;
+}
+
+/* ---- play, stop ------------------------------------------------------------------------- */
+
+static enum shef_err read_play(const json_t *arguments, struct shef_config *config,
+                               struct shef_error *err)
+{
+    const json_t *loop = json_object_get(arguments, "loop");
+    char pace[SHEF_CONFIG_NAME_BYTES];
+    enum shef_err code = shef_control_text(arguments, "recording", config->source.recording,
+                                           sizeof config->source.recording, err);
+
+    if (code == SHEF_OK && config->source.recording[0] != '/')
+        code = shef_fail(err, SHEF_ERR_INVALID,
+                         "play '%s': name the recording by its full path, from / on",
+                         config->source.recording);
+    if (code == SHEF_OK && loop && !json_is_boolean(loop))
+        code = shef_fail(err, SHEF_ERR_INVALID, "play: loop must be true or false");
+    if (code == SHEF_OK)
+        config->source.loop = json_is_true(loop);
+    if (code == SHEF_OK && json_object_get(arguments, "pace")) {
+        code = shef_control_text(arguments, "pace", pace, sizeof pace, err);
+        if (code == SHEF_OK)
+            code = shef_config_set(config, shef_config_find("source.pace"), pace, err);
+    }
+    return code;
+}
+
+static enum shef_err answer_play(void *context, const json_t *arguments, json_t *answer,
+                                 struct shef_error *err)
+{
+    struct shef_service *service = context;
+    struct shef_config config = service->config;
+    enum shef_err code = read_play(arguments, &config, err);
+
+    if (code != SHEF_OK)
+        return code;
+    shef_service_end_playback(service);
+    service->playing = config;
+    code = shef_service_play(service, err);
+    if (code == SHEF_OK)
+        json_object_set_new(answer, "recording", shef_control_string(config.source.recording));
+    return code;
+}
+
+static enum shef_err answer_stop(void *context, const json_t *arguments, json_t *answer,
+                                 struct shef_error *err)
+{
+    struct shef_service *service = context;
+
+    (void)arguments;
+    (void)answer;
+    if (!service->playback)
+        return shef_fail(err, SHEF_ERR_INVALID, "stop: nothing is playing");
+    shef_service_end_playback(service);
+    return SHEF_OK;
+}
+
+/* ---- recording -------------------------------------------------------------------------- */
+
+static enum shef_err choose_folder(const struct shef_service *service, const json_t *arguments,
+                                   char *out_folder, size_t n_bytes, struct shef_error *err)
+{
+    char name[SHEF_CONFIG_NAME_BYTES];
+    const time_t now = time(NULL);
+    struct tm utc;
+    int n;
+
+    if (json_object_get(arguments, "name")) {
+        const enum shef_err code = shef_control_text(arguments, "name", name, sizeof name, err);
+
+        if (code != SHEF_OK)
+            return code;
+        if (name[0] == '.' || strchr(name, '/'))
+            return shef_fail(err, SHEF_ERR_INVALID,
+                             "record start '%s': a name may not begin with a dot or hold a slash",
+                             name);
+    } else {
+        gmtime_r(&now, &utc);
+        strftime(name, sizeof name, "%Y%m%dT%H%M%SZ", &utc);
+    }
+    n = snprintf(out_folder, n_bytes, "%s/%s", service->config.record.folder, name);
+    if (n < 0 || (size_t)n >= n_bytes)
+        return shef_fail(err, SHEF_ERR_INVALID, "record start '%s': the path is too long", name);
+    return SHEF_OK;
+}
+
+static enum shef_err answer_record_start(void *context, const json_t *arguments, json_t *answer,
+                                         struct shef_error *err)
+{
+    struct shef_service *service = context;
+    char folder[SHEF_CONFIG_PATH_BYTES];
+    enum shef_err code = choose_folder(service, arguments, folder, sizeof folder, err);
+
+    if (code == SHEF_OK && !service->is_running)
+        code = shef_fail(err, SHEF_ERR_INVALID,
+                         "record start: there is no source to record; start one with 'play'");
+    if (code == SHEF_OK)
+        code = shef_recorder_begin(shef_playback_recorder(service->playback), folder,
+                                   &service->config, err);
+    if (code == SHEF_OK)
+        json_object_set_new(answer, "path", shef_control_string(folder));
+    return code;
+}
+
+static enum shef_err answer_record_stop(void *context, const json_t *arguments, json_t *answer,
+                                        struct shef_error *err)
+{
+    struct shef_service *service = context;
+    struct shef_recorder_report report;
+    enum shef_err code;
+
+    (void)arguments;
+    if (!service->is_running)
+        return shef_fail(err, SHEF_ERR_INVALID, "record stop: nothing is being recorded");
+    code = shef_recorder_end(shef_playback_recorder(service->playback), &report, err);
+    if (code != SHEF_OK)
+        return code;
+    json_object_set_new(answer, "path", shef_control_string(report.path));
+    json_object_set_new(answer, "verdict", json_string(shef_verdict_name(report.verdict)));
+    json_object_set_new(answer, "reason", shef_control_string(report.reason));
+    json_object_set_new(answer, "n_bytes", json_integer((json_int_t)report.n_bytes));
+    return SHEF_OK;
+}
+
+static enum shef_err answer_record_list(void *context, const json_t *arguments, json_t *answer,
+                                        struct shef_error *err)
+{
+    const struct shef_service *service = context;
+
+    (void)arguments;
+    return shef_recording_list(service->config.record.folder, answer, err);
+}
+
+const struct shef_control_command shef_service_commands[] = {
+    { "status", "says what the service does and how it fares", answer_status },
+    { "top", "shows rates, latencies and backlog of the last second", answer_top },
+    { "graph", "lists threads and rings as they are now", answer_graph },
+    { "kernels", "lists the implementations picked for this processor", answer_kernels },
+    { "mode", "says or sets what is matched, and how", answer_mode },
+    { "snapshot", "gives a picture of the latest result", answer_snapshot },
+    { "play", "plays a recording", answer_play },
+    { "stop", "stops playing", answer_stop },
+    { "record start", "begins to record", answer_record_start },
+    { "record stop", "ends the recording and gives its verdict", answer_record_stop },
+    { "record list", "lists the recordings there are", answer_record_list },
+};
+
+const int shef_service_n_commands = sizeof shef_service_commands / sizeof shef_service_commands[0];

@@ -1,0 +1,92 @@
+/* Which threads the service has while a source runs, and which rings join them.
+ *
+ *   events --raw_events--> filter --snapshots--> stereo --results--> publisher
+ *   frames --frames--------------------------->    ^
+ *   poses  --poses---------------------------->    |
+ *   events, frames, poses --record_...--> one recorder each
+ *
+ * What lies on the rings refers to buffers of pools; whoever pops an item holds what it refers to
+ * and gives it back. Thread: setup. */
+#ifndef SHEF_SERVICE_WIRING_H
+#define SHEF_SERVICE_WIRING_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "core/frame.h"
+#include "core/packets.h"
+#include "core/time.h"
+#include "pipeline/snapshot_pool.h"
+#include "publish/result.h"
+#include "record/pose_track.h"
+#include "service/graph.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define SHEF_RING_EVENTS    64
+#define SHEF_RING_FRAMES    8
+#define SHEF_RING_POSES     32
+#define SHEF_RING_SNAPSHOTS 8
+#define SHEF_RING_RESULTS   4
+
+/* The rings of recorders: a disk may stand still for this many items. */
+#define SHEF_RING_RECORD_EVENTS 256
+#define SHEF_RING_RECORD_FRAMES 16
+#define SHEF_RING_RECORD_POSES  128
+
+/* A looped recording is played in passes, counted from 0. Times go on from pass to pass. */
+struct shef_event_item {
+    struct shef_raw_packet raw; /* buffer NULL: the source has ended, nothing follows */
+    uint32_t pass;
+    bool begins_pass;      /* decoding starts anew */
+    int64_t time_shift_us; /* to be added to what is decoded */
+};
+
+struct shef_frame_item {
+    struct shef_frame_packet frame; /* buffer NULL: the source has ended */
+    uint32_t pass;
+    shef_host_time complete; /* when it had arrived as a whole, by the clock; 0: no clock counts */
+};
+
+struct shef_pose_item {
+    bool is_end;
+    struct shef_tracked_pose pose;
+};
+
+struct shef_snapshot_item {
+    const struct shef_snapshot *snapshot; /* borrowed from its pool; NULL: the events have ended */
+    uint32_t pass;
+    shef_host_time arrived; /* of the buffer that completed it */
+    shef_host_time ready;   /* when it was finished, by the clock */
+};
+
+struct shef_result_item {
+    struct shef_result *result; /* NULL: there will be no more */
+};
+
+#define SHEF_POSE_PACKAGE_BYTES 512
+
+struct shef_pose_package_item {
+    shef_host_time arrived;
+    uint32_t n_lost_before;
+    uint32_t n_bytes;
+    uint8_t bytes[SHEF_POSE_PACKAGE_BYTES];
+};
+
+struct shef_recorded_frame_item {
+    struct shef_frame_packet frame;
+    uint32_t n_lost_before; /* of those the ring had no room for */
+};
+
+/* The tables of the service, see graph.h. */
+SHEF_MUST_CHECK enum shef_err shef_wiring_create(const struct shef_config *config,
+                                                 struct shef_graph **out_graph,
+                                                 struct shef_error *err);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
