@@ -9,6 +9,7 @@
 #include "core/time.h"
 #include "core/workers.h"
 #include "shefsim/event_sensor.h"
+#include "shefsim/kernels/event_scan.h"
 #include "support/support.h"
 
 enum { WIDTH = 80, HEIGHT = 64, N_PIXELS = WIDTH * HEIGHT, STEP_US = 2000 };
@@ -472,6 +473,34 @@ static void test_events_depend_on_the_seed_but_not_on_threads_or_instructions(vo
     TEST_ASSERT_NOT_EQUAL_UINT64(expected, run_typical(2, SHEF_CPU_NONE, 1));
 }
 
+static void test_grain_is_small_centred_and_the_same_for_all_instructions(void)
+{
+    static const char *const isas[] = { "c", "avx2", "avx512", "neon" };
+    enum { N = 100003 };
+    static float expected[N], actual[N];
+    double sum = 0, largest = 0;
+
+    for (int32_t i = 0; i < N; i++)
+        expected[i] = 0.5f;
+    sim_event_scan_pick(SHEF_CPU_NONE)->grain(expected, 17, N);
+    for (int32_t i = 0; i < N; i++) {
+        const double share = (double)expected[i] / 0.5 - 1;
+
+        sum += share / N;
+        largest = fmax(largest, fabs(share));
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(5 * SIM_GRAIN / sqrt(3.0 * N), 0, sum);
+    TEST_ASSERT_TRUE(largest <= SIM_GRAIN && largest > 0.99 * SIM_GRAIN);
+    for (size_t k = 0; k < sizeof isas / sizeof isas[0]; k++) {
+        const uint32_t features = shef_cpu_features_of(isas[k]) & shef_cpu_features();
+
+        for (int32_t i = 0; i < N; i++)
+            actual[i] = 0.5f;
+        sim_event_scan_pick(features)->grain(actual, 17, N);
+        TEST_ASSERT_EQUAL_MEMORY(expected, actual, sizeof actual);
+    }
+}
+
 static void test_impossible_parameters_are_refused_by_name(void)
 {
     struct shef_error err;
@@ -504,6 +533,7 @@ int main(void)
     RUN_TEST(test_background_comes_at_its_rate_evenly_in_space_and_sign);
     RUN_TEST(test_hot_pixels_are_few_and_fast);
     RUN_TEST(test_events_depend_on_the_seed_but_not_on_threads_or_instructions);
+    RUN_TEST(test_grain_is_small_centred_and_the_same_for_all_instructions);
     RUN_TEST(test_impossible_parameters_are_refused_by_name);
     return UNITY_END();
 }

@@ -26,6 +26,7 @@ enum sim_stream {
     SIM_STREAM_MOUNT,
     SIM_STREAM_SESSION,
     SIM_STREAM_LEAK,
+    SIM_STREAM_GRAIN,
 };
 
 static inline uint64_t sim_mix64(uint64_t x)

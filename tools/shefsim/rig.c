@@ -6,6 +6,7 @@
 
 #include "core/memory.h"
 #include "core/time.h"
+#include "shefsim/random.h"
 #include "shefsim/rig_parts.h"
 
 /* Rays a pixel and side: the event camera's images are few and small, the frames' many and large;
@@ -218,6 +219,7 @@ enum shef_err sim_rig_create(struct sim_rig **out_rig, const struct sim_rig_sett
         return shef_fail(err, SHEF_ERR_NO_MEMORY, "render: out of memory");
     rig->settings = *settings;
     rig->workers = workers;
+    rig->scan = sim_event_scan_pick(cpu_features);
     rig->total_ns = (int64_t)(settings->seconds * 1e9 + 0.5);
     rig->clocks = sim_clocks_draw(settings->seed, settings->frame_tick_ns);
     code = open_world(rig, err);
@@ -309,6 +311,14 @@ void sim_rig_see_events(struct sim_rig *rig, int64_t t_ns)
 
     sim_view_set_blink(rig->event_view, is_lit(rig, t_ns));
     sim_view_render(rig->event_view, &event, rig->event_light);
+
+    /* Light that comes back to exactly where it was would lie exactly on a threshold, where no two
+     * event models agree: real light never does. */
+    const uint64_t key = sim_key(rig->settings.seed, SIM_STREAM_GRAIN, (uint64_t)t_ns);
+
+    for (int32_t y = 0; y < rig->event_light.height_px; y++)
+        rig->scan->grain(shef_row_f32(rig->event_light, y),
+                         (uint32_t)(sim_random(key, (uint64_t)y) >> 32), rig->event_light.width_px);
 }
 
 void sim_rig_see_frame(struct sim_rig *rig, const struct sim_rig_frame *frame)

@@ -7,6 +7,7 @@
 #include "calib/rectification.h"
 #include "core/image.h"
 #include "record/truth.h"
+#include "shefsim/kernels/event_scan.h"
 #include "shefsim/path.h"
 #include "shefsim/rig.h"
 #include "shefsim/scene.h"
@@ -25,6 +26,7 @@ struct sim_rig {
     struct sim_scene *scene;
     struct sim_path *path;
     struct shef_workers *workers;
+    const struct sim_event_scan_impl *scan;
     struct shef_calibration calibration; /* the true one */
     struct shef_rectification left;      /* of the true one, in the profile of truth */
     struct shef_rectification right;

@@ -1,5 +1,5 @@
-/* The event sensor's inner loop: the logarithm of a row of pixels, and which of them have passed
- * a threshold.
+/* The event sensor's inner loops: the logarithm of a row of pixels, and which of them have passed
+ * a threshold; and the grain of the light that it sees.
  *
  * Levels are natural logarithms in fixed point, SIM_LEVEL_ONE for 1.0: references add up
  * thresholds for hours without drifting, and a level is exact as a float. Every implementation is
@@ -30,9 +30,18 @@ typedef void sim_level_fn(const float *radiance, float dark, int32_t offset, int
 typedef void sim_scan_fn(const int32_t *level, const int32_t *low, const int32_t *high,
                          int32_t n_px, uint8_t *out_hit);
 
+/* Changes light by a share between -SIM_GRAIN and SIM_GRAIN, random in every pixel: finer than any
+ * threshold, coarser than the rounding of floats.
+ *   radiance  n_px, changed
+ *   key       another one for every row of every image */
+typedef void sim_grain_fn(float *radiance, uint32_t key, int32_t n_px);
+
+#define SIM_GRAIN 0x1p-13
+
 struct sim_event_scan_impl {
     sim_level_fn *level;
     sim_scan_fn *scan;
+    sim_grain_fn *grain;
     const char *isa;
     uint32_t cpu_features;
 };
@@ -42,5 +51,6 @@ const struct sim_event_scan_impl *sim_event_scan_pick(uint32_t cpu_features);
 
 sim_level_fn sim_level_c, sim_level_avx2, sim_level_avx512;
 sim_scan_fn sim_scan_c, sim_scan_avx2, sim_scan_avx512;
+sim_grain_fn sim_grain_c, sim_grain_avx2, sim_grain_avx512;
 
 #endif

@@ -11,3 +11,8 @@ void sim_scan_avx512(const int32_t *level, const int32_t *low, const int32_t *hi
 {
     scan_row(level, low, high, n_px, out_hit);
 }
+
+void sim_grain_avx512(float *radiance, uint32_t key, int32_t n_px)
+{
+    grain_row(radiance, key, n_px);
+}

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "shefsim/kernels/event_scan.h"
+#include "shefsim/random.h"
 
 static inline int32_t bits_of(float x)
 {
@@ -58,6 +59,17 @@ static inline void scan_row(const int32_t *restrict level, const int32_t *restri
 {
     for (int32_t i = 0; i < n_px; i++)
         out_hit[i] = (uint8_t)((level[i] <= low[i]) | (level[i] >= high[i]));
+}
+
+static inline void grain_row(float *restrict radiance, uint32_t key, int32_t n_px)
+{
+    const float scale = (float)(SIM_GRAIN / 0x1p31);
+
+    for (int32_t i = 0; i < n_px; i++) {
+        const int32_t bits = (int32_t)sim_mix32(key + (uint32_t)i * 0x9e3779b9u);
+
+        radiance[i] += radiance[i] * ((float)bits * scale);
+    }
 }
 
 #endif
