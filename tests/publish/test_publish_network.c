@@ -189,14 +189,20 @@ static void test_a_network_that_goes_is_counted_and_one_that_returns_is_used(voi
 static pid_t start_program(const char *const *words, int *out_fd)
 {
     posix_spawn_file_actions_t actions;
+    posix_spawnattr_t attributes;
     int ends[2];
     pid_t pid = 0;
 
     TEST_ASSERT_EQUAL_INT(0, pipe2(ends, O_CLOEXEC));
     TEST_ASSERT_EQUAL_INT(0, posix_spawn_file_actions_init(&actions));
     TEST_ASSERT_EQUAL_INT(0, posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO));
-    if (posix_spawnp(&pid, words[0], &actions, NULL, (char *const *)(uintptr_t)words, environ) != 0)
+    /* A group of its own: some are scripts that start the real program. */
+    TEST_ASSERT_EQUAL_INT(0, posix_spawnattr_init(&attributes));
+    TEST_ASSERT_EQUAL_INT(0, posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP));
+    if (posix_spawnp(&pid, words[0], &actions, &attributes, (char *const *)(uintptr_t)words,
+                     environ) != 0)
         pid = 0;
+    (void)posix_spawnattr_destroy(&attributes);
     (void)posix_spawn_file_actions_destroy(&actions);
     close(ends[1]);
     *out_fd = ends[0];
@@ -207,7 +213,7 @@ static void end_program(pid_t pid, int out_fd)
 {
     int status;
 
-    TEST_ASSERT_EQUAL_INT(0, kill(pid, SIGTERM));
+    TEST_ASSERT_EQUAL_INT(0, kill(-pid, SIGTERM));
     TEST_ASSERT_EQUAL_INT(pid, waitpid(pid, &status, 0));
     close(out_fd);
 }
@@ -232,7 +238,7 @@ static void publish_until_it_prints(pid_t pid, int out_fd, char *out_line, size_
             return;
         }
     }
-    (void)kill(pid, SIGKILL);
+    (void)kill(-pid, SIGKILL);
     TEST_FAIL_MESSAGE("the subscriber printed nothing");
 }
 
