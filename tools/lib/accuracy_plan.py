@@ -12,11 +12,10 @@ TRAVEL_M = 0.010  # of a temporal pair: before that, the chain has not seen all 
 SCENES = ("simple_boxes", "complex_boxes", "picnic", "low_contrast")
 LIGHTS = ("day", "night")
 # Parts of the arm's paths: name, where on it, tilt of its plane in degrees.
-VARIANTS = (("circle", 0.10, 20), ("circle", 0.60, 20), ("square", 0.35, 0),
-            ("lissajous-b", 0.85, 0))
+VARIANTS = (("circle", 0.10, 20), ("square", 0.65, 0), ("lissajous-b", 0.85, 0))
 DIRECTIONS = ("left", "right", "up", "down")
-SPEEDS = (0.03, 0.06, 0.10, 0.18, 0.25, 0.35)
-THRESHOLDS = (0.15, 0.20, 0.25, 0.30, 0.40, 0.50)
+SPEEDS = (0.03, 0.06, 0.10, 0.18, 0.35)
+THRESHOLDS = (0.15, 0.20, 0.30, 0.40, 0.50)
 NOISES = ("clean", "typical", "hard")
 DELAYS_MS = (0, 1, 2, 3, 5)
 WRONG = {  # the option of shefsim render, unit, values; 0 is the calibration as it is
@@ -118,8 +117,7 @@ def add_sweeps(plan, quick):
     for scene in sweep_scenes(quick):
         for light in LIGHTS:
             for speed in (0.03, 0.10, 0.35) if quick else SPEEDS:
-                for i in range(1 if quick else 2):
-                    plan.study(plan.variant(scene, speed, light, i), "speed", "base", COMPARED)
+                plan.study(plan.variant(scene, speed, light, 0), "speed", "base", COMPARED)
         for speed in (0.10, 0.35):
             for threshold in (0.20, 0.30, 0.50) if quick else THRESHOLDS:
                 recording = plan.variant(scene, speed, "day", 0, threshold=threshold)
