@@ -21,7 +21,6 @@
 /* The longest step between two images of the event camera, and how far anything may move in it. */
 #define SIM_RIG_MAX_STEP_NS   8000000
 #define SIM_RIG_STEP_PX       0.5
-#define SIM_RIG_MIN_DEPTH_M   0.2
 #define SIM_RIG_TRUTH_PROFILE "wide"
 
 struct sim_rig_settings {
