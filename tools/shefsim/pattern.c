@@ -34,115 +34,79 @@ struct nearest {
     uint64_t key[2];
 };
 
-static void consider(struct nearest *nearest, const double offset[3], uint64_t key)
-{
-    const double distance2 = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
-    int rank;
-
-    if (distance2 >= nearest->distance2[1])
-        return;
-    rank = distance2 < nearest->distance2[0] ? 0 : 1;
-    if (rank == 0) {
-        nearest->distance2[1] = nearest->distance2[0];
-        nearest->key[1] = nearest->key[0];
-        for (int i = 0; i < 3; i++)
-            nearest->offset[1][i] = nearest->offset[0][i];
-    }
-    nearest->distance2[rank] = distance2;
-    nearest->key[rank] = key;
-    for (int i = 0; i < 3; i++)
-        nearest->offset[rank][i] = offset[i];
-}
-
 /* Where the seed of a square is along one axis, 0..1: in the middle 80 %. 21 bits a coordinate. */
 static double seed_at(uint64_t key, int axis)
 {
     return .1 + .8 * (double)(key >> (21 * axis) & 0x1fffff) * 0x1p-21;
 }
 
-static void find_nearest_solid(struct nearest *out_nearest, const struct sim_pattern_place *place,
-                               double cell_m, uint64_t seed)
-{
-    double corner[3];
-    double at[3];
-
-    for (int i = 0; i < 3; i++) {
-        corner[i] = floor(place->position_m[i] / cell_m);
-        at[i] = place->position_m[i] / cell_m - corner[i];
-    }
-    *out_nearest = (struct nearest){ .distance2 = { 1e9, 1e9 } };
-    for (int k = -1; k <= 1; k++)
-        for (int j = -1; j <= 1; j++)
-            for (int i = -1; i <= 1; i++) {
-                const uint64_t key = hash(seed, (int64_t)corner[0] + i, (int64_t)corner[1] + j,
-                                          (int64_t)corner[2] + k);
-                const double offset[3] = {
-                    i + seed_at(key, 0) - at[0],
-                    j + seed_at(key, 1) - at[1],
-                    k + seed_at(key, 2) - at[2],
-                };
-
-                consider(out_nearest, offset, key);
-            }
-}
-
+/* Flat patterns lie in the plane z = 0, as do their seeds. */
 static void fill_layer(struct sim_pattern_layer *layer, double cell_m, uint64_t seed,
-                       const double corner[2])
+                       const double corner[3], bool is_solid)
 {
     layer->seed = seed;
     layer->cell_m = cell_m;
-    layer->corner[0] = corner[0];
-    layer->corner[1] = corner[1];
-    for (int n = 0; n < 9; n++) {
-        const int i = n % 3 - 1;
-        const int j = n / 3 - 1;
+    for (int i = 0; i < 3; i++)
+        layer->corner[i] = corner[i];
+    for (int n = 0; n < (is_solid ? 27 : 9); n++) {
+        const int step[3] = { n % 3 - 1, n / 3 % 3 - 1, is_solid ? n / 9 - 1 : 0 };
+        const uint64_t key = hash(seed, (int64_t)corner[0] + step[0], (int64_t)corner[1] + step[1],
+                                  (int64_t)corner[2] + step[2]);
 
-        layer->key[n] = hash(seed, (int64_t)corner[0] + i, (int64_t)corner[1] + j, 0);
-        layer->x[n] = i + seed_at(layer->key[n], 0);
-        layer->y[n] = j + seed_at(layer->key[n], 1);
+        layer->key[n] = key;
+        for (int i = 0; i < 3; i++)
+            layer->at[i][n] = step[i] + seed_at(key, i);
+        if (!is_solid)
+            layer->at[2][n] = 0;
     }
 }
 
-/* The nine seeds around a place: those remembered, if it is still in the same square. */
-static const struct sim_pattern_layer *layer_of(struct sim_pattern_memory *memory, double cell_m,
-                                                uint64_t seed, const double corner[2])
+/* The seeds around a place: those remembered, if it is still in the same square. */
+static const struct sim_pattern_layer *layer_of(const struct sim_pattern_place *place,
+                                                double cell_m, uint64_t seed,
+                                                const double corner[3])
 {
-    struct sim_pattern_layer *layer = &memory->layers[0];
+    struct sim_pattern_layer *layer = NULL;
 
     for (int i = 0; i < SIM_PATTERN_LAYERS; i++) {
-        layer = &memory->layers[i];
+        layer = &place->memory->layers[i];
         if (layer->cell_m == 0 || (layer->seed == seed && layer->cell_m == cell_m))
             break;
     }
     if (layer->seed != seed || layer->cell_m != cell_m || layer->corner[0] != corner[0] ||
-        layer->corner[1] != corner[1])
-        fill_layer(layer, cell_m, seed, corner);
+        layer->corner[1] != corner[1] || layer->corner[2] != corner[2])
+        fill_layer(layer, cell_m, seed, corner, place->solid);
     return layer;
 }
 
-static void find_nearest_flat(struct nearest *out_nearest, const struct sim_pattern_place *place,
-                              double cell_m, uint64_t seed)
+static void find_nearest(struct nearest *out_nearest, const struct sim_pattern_place *place,
+                         double cell_m, uint64_t seed)
 {
-    const double x = place->position_m[0] / cell_m;
-    const double y = place->position_m[1] / cell_m;
-    const double corner[2] = { floor(x), floor(y) };
-    const struct sim_pattern_layer *layer = layer_of(place->memory, cell_m, seed, corner);
-    double dx[9];
-    double dy[9];
-    double distance2[9];
+    const int n_seeds = place->solid ? 27 : 9;
+    const struct sim_pattern_layer *layer;
+    double corner[3] = { 0 };
+    double at[3] = { 0 };
+    double distance2[SIM_PATTERN_SEEDS];
     int best = 0;
     int next = 1;
 
-    for (int n = 0; n < 9; n++) {
-        dx[n] = layer->x[n] - (x - corner[0]);
-        dy[n] = layer->y[n] - (y - corner[1]);
-        distance2[n] = dx[n] * dx[n] + dy[n] * dy[n];
+    for (int i = 0; i < (place->solid ? 3 : 2); i++) {
+        corner[i] = floor(place->position_m[i] / cell_m);
+        at[i] = place->position_m[i] / cell_m - corner[i];
+    }
+    layer = layer_of(place, cell_m, seed, corner);
+    for (int n = 0; n < n_seeds; n++) {
+        const double x = layer->at[0][n] - at[0];
+        const double y = layer->at[1][n] - at[1];
+        const double z = layer->at[2][n] - at[2];
+
+        distance2[n] = x * x + y * y + z * z;
     }
     if (distance2[1] < distance2[0]) {
         best = 1;
         next = 0;
     }
-    for (int n = 2; n < 9; n++) {
+    for (int n = 2; n < n_seeds; n++) {
         const bool is_best = distance2[n] < distance2[best];
         const bool is_next = distance2[n] < distance2[next];
 
@@ -151,9 +115,12 @@ static void find_nearest_flat(struct nearest *out_nearest, const struct sim_patt
     }
     *out_nearest = (struct nearest){
         .distance2 = { distance2[best], distance2[next] },
-        .offset = { { dx[best], dy[best] }, { dx[next], dy[next] } },
         .key = { layer->key[best], layer->key[next] },
     };
+    for (int i = 0; i < 3; i++) {
+        out_nearest->offset[0][i] = layer->at[i][best] - at[i];
+        out_nearest->offset[1][i] = layer->at[i][next] - at[i];
+    }
 }
 
 /* Cells of even value within +-1, their borders as sharp as the footprint allows. */
@@ -167,10 +134,7 @@ static double cells(const struct sim_pattern_place *place, double cell_m, uint64
     struct nearest nearest;
     double normal[3];
 
-    if (place->solid)
-        find_nearest_solid(&nearest, place, cell_m, seed);
-    else
-        find_nearest_flat(&nearest, place, cell_m, seed);
+    find_nearest(&nearest, place, cell_m, seed);
     for (int i = 0; i < 3; i++)
         normal[i] = nearest.offset[1][i] - nearest.offset[0][i];
 

@@ -10,14 +10,15 @@
 
 #include "shefsim/description.h"
 
+#define SIM_PATTERN_SEEDS 27
+
 /* The seeds around the last place that was asked for, of one layer of cells. Zeroed: of none. */
 struct sim_pattern_layer {
     uint64_t seed;
     double cell_m;
-    double corner[2];
-    double x[9]; /* of the seeds, from the corner, in cells */
-    double y[9];
-    uint64_t key[9];
+    double corner[3];
+    double at[3][SIM_PATTERN_SEEDS]; /* x, y and z of the seeds, from the corner, in cells */
+    uint64_t key[SIM_PATTERN_SEEDS];
 };
 
 #define SIM_PATTERN_LAYERS 4
