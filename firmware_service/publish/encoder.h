@@ -55,11 +55,11 @@ struct shef_publish_status {
     float frames_per_s;
     float cpu_cores;
     int32_t memory_mib;
+    int32_t backlog; /* results that wait for the publisher */
     /* The publisher fills in what it knows itself. */
     uint32_t shed_bits;
     uint64_t n_published;
     uint64_t n_unpublished;
-    int32_t backlog;
     int64_t complete_to_published_p50_ns, complete_to_published_p99_ns;
     int64_t mid_to_published_p50_ns, mid_to_published_p99_ns;
 };

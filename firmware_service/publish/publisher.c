@@ -34,9 +34,7 @@ struct shef_publisher {
     char channels[SHEF_CHANNELS][CHANNEL_BYTES];
     /* Any thread writes, the publisher reads. */
     _Atomic uint32_t settings;
-    _Atomic bool is_stopping;
     /* The publisher's own. */
-    const struct shef_ring *ring; /* NULL: run() is not running */
     shef_host_time next_status;
     shef_host_time next_connect;
     shef_host_time next_warning;
@@ -238,7 +236,6 @@ static void publish_status(struct shef_publisher *publisher)
     status.shed_bits = atomic_load_explicit(&publisher->last_shed_bits, memory_order_relaxed);
     status.n_published = read_count(&publisher->n_published);
     status.n_unpublished = read_count(&publisher->n_unpublished);
-    status.backlog = publisher->ring ? (int32_t)shef_ring_count(publisher->ring) : 0;
     percentiles(&publisher->latency.from_complete, &status.complete_to_published_p50_ns,
                 &status.complete_to_published_p99_ns);
     percentiles(&publisher->latency.from_mid, &status.mid_to_published_p50_ns,
@@ -284,49 +281,6 @@ bool shef_publisher_next_tick(const struct shef_publisher *publisher, shef_host_
     else
         *out_next = publisher->next_status;
     return connects || has_status;
-}
-
-/* How long run() may sleep. */
-static int32_t sleep_ms(const struct shef_publisher *publisher)
-{
-    shef_host_time next;
-
-    if (!shef_publisher_next_tick(publisher, &next))
-        return -1;
-
-    const int64_t left_ns = shef_host_time_since(next, now(publisher));
-
-    /* Rounded up, so that it is time when it wakes. */
-    return left_ns > 0 ? (int32_t)((left_ns + SHEF_NS_PER_MS - 1) / SHEF_NS_PER_MS) : 0;
-}
-
-void shef_publisher_run(struct shef_publisher *publisher, struct shef_ring *results,
-                        struct shef_wake *wake)
-{
-    bool is_stopping = false;
-
-    assert(results->slot_bytes == sizeof(struct shef_result *));
-    publisher->ring = results;
-    while (!is_stopping) {
-        struct shef_result *result;
-
-        (void)shef_wake_wait(wake, sleep_ms(publisher));
-        /* Read before the ring, so that what was pushed before stop() is still published.
-         * Acquire: pairs with the release in stop(). */
-        is_stopping = atomic_load_explicit(&publisher->is_stopping, memory_order_acquire);
-        shef_publisher_tick(publisher);
-        while (shef_ring_pop(results, &result) == SHEF_OK) {
-            shef_publisher_result(publisher, result);
-            shef_publisher_tick(publisher);
-        }
-    }
-    publisher->ring = NULL;
-}
-
-void shef_publisher_stop(struct shef_publisher *publisher)
-{
-    /* Release: pairs with the acquire in run(). */
-    atomic_store_explicit(&publisher->is_stopping, true, memory_order_release);
 }
 
 void shef_publisher_stats(const struct shef_publisher *publisher,

@@ -1,8 +1,8 @@
 /* Publishes finished results over LCM, on a thread of its own.
  *
  * Whatever happens to the network happens here only: a message that cannot be sent is counted, a
- * connection that cannot be made is tried again every second, and a send that blocks lets the ring
- * fill until the stereo thread finds it full. Nothing is logged on this thread; stats() says what
+ * connection that cannot be made is tried again every second, and while a send blocks, finished
+ * results wait. Nothing is logged on this thread; stats() says what
  * there is to say. LCM allocates inside lcm_create() and lcm_publish(); our own code does not after
  * create(). */
 #ifndef SHEF_PUBLISH_PUBLISHER_H
@@ -15,8 +15,6 @@
 #include "core/clock.h"
 #include "core/error.h"
 #include "core/latency.h"
-#include "core/ring.h"
-#include "core/wake.h"
 #include "publish/encoder.h"
 #include "publish/result.h"
 
@@ -55,7 +53,7 @@ SHEF_MUST_CHECK enum shef_err shef_publisher_create(struct shef_publisher **out_
 void shef_publisher_destroy(struct shef_publisher *publisher);
 
 /* Connects before the thread starts, so that somebody can be told why it fails. A failure may be
- * a warning: run() goes on trying.                                Thread: setup. */
+ * a warning: tick() goes on trying.                                Thread: setup. */
 SHEF_MUST_CHECK enum shef_err shef_publisher_connect(struct shef_publisher *publisher,
                                                      struct shef_error *err);
 
@@ -64,16 +62,7 @@ SHEF_MUST_CHECK enum shef_err shef_publisher_connect(struct shef_publisher *publ
  *   grid_step  1 or 2 */
 void shef_publisher_set(struct shef_publisher *publisher, uint32_t outputs, int32_t grid_step);
 
-/* The thread's body: publishes what comes and gives it back, until stop().
- *   results  of struct shef_result pointers, each with a holder that is the publisher's to give
- *   wake     signalled after each push */
-void shef_publisher_run(struct shef_publisher *publisher, struct shef_ring *results,
-                        struct shef_wake *wake);
-
-/* Lets run() return once the ring is empty; signal its wake afterwards. Thread: any. */
-void shef_publisher_stop(struct shef_publisher *publisher);
-
-/* The pieces that run() is made of.                               Thread: publisher.
+/* What the thread does: results as they come, tick() in between.  Thread: publisher.
  *   result     publishes one and gives it back
  *   tick       connects again and sends status messages, if it is time
  *   next_tick  when tick() has something to do; false: never */

@@ -378,87 +378,63 @@ static void test_addresses_that_cannot_work_are_refused_with_a_sentence(void)
                    "LCM prefix 'A B': 1 to 50 printable characters without blanks are possible");
 }
 
-struct run {
-    struct shef_ring ring;
-    struct shef_result *slots[4];
-    struct shef_wake wake;
-    pthread_t thread;
-};
+#define N_THREADED 100
 
-static void *run_publisher(void *context)
+/* As the service's thread, with results made on the spot. */
+static void *publish_many(void *context)
 {
-    struct run *run = context;
-
+    (void)context;
     (void)pthread_setname_np(pthread_self(), "publisher");
-    shef_publisher_run(publisher, &run->ring, &run->wake);
+    for (uint64_t seq = 0; seq < N_THREADED; seq++) {
+        publish(seq);
+        shef_publisher_tick(publisher);
+    }
     return NULL;
 }
 
-static void start_run(struct run *run)
-{
-    shef_ring_init(&run->ring, run->slots, sizeof run->slots[0], 4);
-    TEST_ASSERT_EQUAL(SHEF_OK, shef_wake_init(&run->wake, &err));
-    TEST_ASSERT_EQUAL_INT(0, pthread_create(&run->thread, NULL, run_publisher, run));
-}
-
-static void stop_run(struct run *run)
-{
-    shef_publisher_stop(publisher);
-    shef_wake_signal(&run->wake);
-    TEST_ASSERT_EQUAL_INT(0, pthread_join(run->thread, NULL));
-    shef_wake_deinit(&run->wake);
-}
-
-/* Pushes results as fast as the ring takes them. */
-static void push_all(struct run *run, uint64_t n_results)
-{
-    for (uint64_t seq = 0; seq < n_results; seq++) {
-        struct shef_result *result;
-
-        while ((result = shef_result_take(pool)) == NULL)
-            sched_yield();
-        made_result_fill(result, seq, 0.2, &test_random);
-        while (shef_ring_push(&run->ring, &result) != SHEF_OK)
-            sched_yield();
-        shef_wake_signal(&run->wake);
-    }
-}
-
-static void test_the_thread_publishes_all_that_was_pushed_before_stop(void)
-{
-    const char *path = log_path("log");
-    struct shef_publisher_params params = params_for(url);
-    struct run run;
-
-    params.clock = shef_clock_monotonic();
-    params.outputs = FRAMES;
-    start(&params);
-    connect_now();
-    start_run(&run);
-    push_all(&run, 100);
-    stop_run(&run);
-    TEST_ASSERT_EQUAL_UINT64(100, stats().n_published);
-    TEST_ASSERT_EQUAL_UINT32(0, shef_result_pool_lent_count(pool));
-    TEST_ASSERT_EQUAL_INT(100, count_log(path, "TEST_DISPARITY"));
-}
-
-static void test_our_code_on_the_thread_allocates_nothing(void)
+static void test_counts_and_latencies_are_read_and_settings_changed_while_it_publishes(void)
 {
     struct shef_publisher_params params;
-    struct run run;
+    struct shef_latency_counts counts;
+    pthread_t thread;
+    uint64_t n_last = 0;
 
-    SHEF_TEST_NEEDS_ALLOC_WATCH();
     (void)log_path("log");
     params = params_for(url);
     params.clock = shef_clock_monotonic();
     start(&params);
     connect_now();
+    TEST_ASSERT_EQUAL_INT(0, pthread_create(&thread, NULL, publish_many, NULL));
+    while (n_last < N_THREADED) {
+        const uint64_t n = stats().n_published;
+
+        TEST_ASSERT_TRUE(n >= n_last && n <= N_THREADED);
+        n_last = n;
+        shef_publisher_set(publisher, FRAMES, 1 + (int32_t)(n % 2));
+        shef_latency_read(&shef_publisher_latency(publisher)->own, &counts);
+        TEST_ASSERT_TRUE(counts.n_all <= N_THREADED);
+    }
+    TEST_ASSERT_EQUAL_INT(0, pthread_join(thread, NULL));
+    shef_latency_read(&shef_publisher_latency(publisher)->own, &counts);
+    TEST_ASSERT_EQUAL_UINT64(N_THREADED, counts.n_all);
+    TEST_ASSERT_EQUAL_UINT64(0, stats().n_unpublished);
+}
+
+static void test_our_code_on_the_thread_allocates_nothing(void)
+{
+    struct shef_publisher_params params;
+    pthread_t thread;
+
+    SHEF_TEST_NEEDS_ALLOC_WATCH();
+    (void)log_path("log");
+    params = params_for(url);
+    start(&params);
+    connect_now();
     shef_alloc_watch_start();
-    start_run(&run);
-    push_all(&run, 30);
-    stop_run(&run);
+    TEST_ASSERT_EQUAL_INT(0, pthread_create(&thread, NULL, publish_many, NULL));
+    TEST_ASSERT_EQUAL_INT(0, pthread_join(thread, NULL));
     shef_alloc_watch_stop();
-    TEST_ASSERT_EQUAL_UINT64(30, stats().n_published);
+    TEST_ASSERT_EQUAL_UINT64(N_THREADED, stats().n_published);
     if (shef_alloc_watch_calls("publisher", true) != 0)
         shef_alloc_watch_print(stdout);
     TEST_ASSERT_EQUAL_UINT64(0, shef_alloc_watch_calls("publisher", true));
@@ -475,7 +451,7 @@ int main(void)
     RUN_TEST(test_a_failing_sink_is_counted_and_warned_of_once_a_minute);
     RUN_TEST(test_a_connection_that_fails_is_tried_every_second_until_it_works);
     RUN_TEST(test_addresses_that_cannot_work_are_refused_with_a_sentence);
-    RUN_TEST(test_the_thread_publishes_all_that_was_pushed_before_stop);
+    RUN_TEST(test_counts_and_latencies_are_read_and_settings_changed_while_it_publishes);
     RUN_TEST(test_our_code_on_the_thread_allocates_nothing);
     return UNITY_END();
 }
