@@ -91,8 +91,8 @@ struct shef_depth_params {
     bool smooths_in_time;     /* the previous pair's result as a prior */
 };
 
-/* wide, Mono8, combined alone, lag SHEF_DEPTH_LAG_PX, 10 mm, 5 mm/s, searches, neither aligns nor
- * smooths. */
+/* wide, Mono8, combined alone, lag SHEF_DEPTH_LAG_PX, 10 mm, 5 mm/s, searches, aligns, does not
+ * smooth. */
 struct shef_depth_params shef_depth_default_params(void);
 
 struct shef_depth_chain;

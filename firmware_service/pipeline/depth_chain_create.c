@@ -18,6 +18,7 @@ struct shef_depth_params shef_depth_default_params(void)
         .travel_m = 0.010,
         .least_speed_m_s = 0.005,
         .searches_flow = true,
+        .align_auto = true,
     };
 }
 

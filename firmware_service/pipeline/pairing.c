@@ -22,6 +22,10 @@
 #define MAX_START_MISFITS   4.0
 #define MAX_LATENCY_MISFITS 10.0
 
+/* A snapshot that lies off by less than this speaks against the offset; where none is that near,
+ * the events have a gap, which says nothing. */
+#define NEAR_MISS_NS (50 * SHEF_NS_PER_MS)
+
 struct shef_pairing_params shef_pairing_default_params(void)
 {
     return (struct shef_pairing_params){
@@ -55,8 +59,14 @@ static struct shef_pairing_frame *frame_at(struct shef_pairing *pairing, uint32_
     return &pairing->frames[(pairing->first_frame + i) % SHEF_PAIRING_MAX_FRAMES];
 }
 
+/* Forgets the offset. What was paired already is nobody else's. */
 static void unlock(struct shef_pairing *pairing)
 {
+    while (pairing->has_skipped_from && pairing->n_snapshots > 0 &&
+           snapshot_at(pairing, 0)->number <= pairing->skip_from) {
+        pairing->first_snapshot = (pairing->first_snapshot + 1) % SHEF_PAIRING_MAX_SNAPSHOTS;
+        pairing->n_snapshots--;
+    }
     pairing->is_locked = false;
     pairing->n_misses = 0;
     pairing->n_tried = 0;
@@ -397,7 +407,6 @@ static enum shef_err give_predicted(struct shef_pairing *pairing, int64_t event_
         .t_err_ns = gate_ns,
         .flags = pairing->is_ambiguous ? SHEF_PAIRING_AMBIGUOUS : 0,
     };
-    pairing->n_misses++;
     pairing->stats.n_no_edge++;
     pop_frame(pairing);
     return SHEF_OK;

@@ -12,7 +12,8 @@
  * result says it is ambiguous. track   From the last pair on, the camera's clock predicts the
  * trigger of the next frame; the snapshot nearest to that is taken if it lies within the gate. A
  * lost frame or trigger therefore costs itself and no other. The rate is learnt over 5 to 10 s.
- *   again   After a run of frames that fit nothing, or when a clock jumps, it starts anew.
+ *   again   After a run of frames that fit nothing though there are snapshots, or when a clock
+ *           jumps, it starts anew. A gap in the events is bridged.
  *
  * Frames may arrive before or after their snapshots and wait here, in their order.
  *

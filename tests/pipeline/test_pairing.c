@@ -464,6 +464,50 @@ static void test_event_time_that_jumps_back_is_found_again(void)
     TEST_ASSERT_GREATER_OR_EQUAL_INT32(rig.n - 10, verdict.n_right);
 }
 
+/* A second of events is missing: what comes after it is still at its place. */
+static void test_a_gap_in_the_events_is_bridged(void)
+{
+    const struct shef_pairing_params params = shef_pairing_default_params();
+    struct shef_test_random random = shef_test_random_start();
+    struct rig rig = plain;
+    uint64_t number = 0;
+
+    rig.quantum_ns = 125 * US;
+    make(&rig, &random);
+    for (int32_t i = 0; i < rig.n; i++) {
+        exposures[i].has_snapshot = i < 200 || i >= 254;
+        snapshot_of[i] = exposures[i].has_snapshot ? number : NO_FRAME;
+        exposures[i].snapshot.number = number;
+        number += exposures[i].has_snapshot;
+    }
+    play(&rig, &params, 0);
+    const struct verdict verdict = judge(&rig, 0);
+
+    TEST_ASSERT_EQUAL_INT32(rig.n - 54, verdict.n_right);
+    TEST_ASSERT_EQUAL_INT32(54, verdict.n_none);
+    TEST_ASSERT_EQUAL_UINT64(1, shef_pairing_stats(&pairing).n_starts);
+}
+
+/* Frames go on for half a minute: none of them gets a snapshot that another one had. */
+static void test_frames_after_the_last_events_get_none(void)
+{
+    const struct shef_pairing_params params = shef_pairing_default_params();
+    struct shef_test_random random = shef_test_random_start();
+    struct rig rig = plain;
+
+    rig.n = 1700;
+    make(&rig, &random);
+    for (int32_t i = 100; i < rig.n; i++) {
+        exposures[i].has_snapshot = false;
+        snapshot_of[i] = NO_FRAME;
+    }
+    play(&rig, &params, 0);
+    const struct verdict verdict = judge(&rig, 0);
+
+    TEST_ASSERT_EQUAL_INT32(100, verdict.n_right);
+    TEST_ASSERT_EQUAL_INT32(rig.n - 100, verdict.n_none);
+}
+
 static void test_frames_without_any_trigger_are_unknown(void)
 {
     const struct shef_pairing_params params = shef_pairing_default_params();
@@ -507,6 +551,8 @@ int main(void)
     RUN_TEST(test_a_frame_without_snapshots_waits_no_longer_than_told);
     RUN_TEST(test_a_camera_clock_that_starts_again_is_found_again);
     RUN_TEST(test_event_time_that_jumps_back_is_found_again);
+    RUN_TEST(test_a_gap_in_the_events_is_bridged);
+    RUN_TEST(test_frames_after_the_last_events_get_none);
     RUN_TEST(test_frames_without_any_trigger_are_unknown);
     return UNITY_END();
 }

@@ -49,7 +49,7 @@ struct shef_run_settings shef_run_options_settings(const struct shef_run_options
     settings.depth.lag_px = options->lag_px;
     settings.depth.travel_m = options->travel_mm / 1000;
     settings.depth.max_disparity_px = (int32_t)options->max_disparity_px;
-    settings.depth.align_auto = options->align;
+    settings.depth.align_auto = !options->no_align;
     settings.depth.smooths_in_time = options->past;
     return settings;
 }

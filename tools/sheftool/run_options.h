@@ -15,7 +15,7 @@ struct shef_run_options {
     double travel_mm;
     double delay_ms;
     int64_t max_disparity_px; /* 0: the profile's */
-    bool align;
+    bool no_align;
     bool past;
     int64_t n_frames;
     int64_t n_threads;
@@ -43,8 +43,8 @@ struct shef_run_options {
                       "added to the calibrated delay of exposures, for studies"),                  \
         SHEF_OPT_INT("max-disparity", type_, how_.max_disparity_px, "0", 0, 256, "px",             \
                      "largest disparity searched, 16 or more; 0: 47 for wide, 110 for paper"),     \
-        SHEF_OPT_FLAG("align", type_, how_.align,                                                  \
-                      "measure and take out a vertical residual between the views"),               \
+        SHEF_OPT_FLAG("no-align", type_, how_.no_align,                                            \
+                      "do not measure and take out a vertical residual between the views"),        \
         SHEF_OPT_FLAG("past", type_, how_.past, "take the previous frame's result as a prior"),    \
         SHEF_OPT_INT("frames", type_, how_.n_frames, "0", 0, 1000000000, NULL,                     \
                      "stop after so many frames; 0: all"),                                         \
