@@ -48,8 +48,8 @@ struct shef_lcm_grid {
     double f_px, cx_px, cy_px, baseline_m;
     int32_t mode, shed_bits, validity;
     int32_t first_row, n_rows;
-    float unit; /* px or m */
-    int32_t n_points;
+    float unit;       /* px or m */
+    int32_t n_points; /* cells with a value; of dense_t its n_filled */
     int32_t grid_w, grid_h;
     const uint8_t *mask;   /* NULL: dense_t */
     const uint8_t *values; /* little-endian uint16 */

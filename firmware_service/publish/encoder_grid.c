@@ -44,7 +44,6 @@ struct chunk {
         (message)->validity = (int32_t)result_->flags;                                             \
         (message)->first_row = (chunk)->first_row;                                                 \
         (message)->n_rows = (chunk)->end_row - (chunk)->first_row;                                 \
-        (message)->n_points = (chunk)->n_points;                                                   \
         (message)->n = (chunk)->n_bytes;                                                           \
         (message)->data = (encoder)->payload;                                                      \
     } while (0)
@@ -54,6 +53,7 @@ static enum shef_err emit_disparity(struct shef_encoder *encoder, const struct c
     shef_disparity_t message;
 
     SET_VIEW(&message, encoder, chunk);
+    message.n_points = chunk->n_points;
     message.unit_px = shef_disparity_unit_px(encoder->result->max_disparity_px);
     return shef_encoder_emit(
         encoder, SHEF_CHANNEL_DISPARITY,
@@ -66,6 +66,7 @@ static enum shef_err emit_depth(struct shef_encoder *encoder, const struct chunk
     shef_depth_t message;
 
     SET_VIEW(&message, encoder, chunk);
+    message.n_points = chunk->n_points;
     message.unit_m = SHEF_DEPTH_UNIT_M;
     return shef_encoder_emit(
         encoder, SHEF_CHANNEL_DEPTH,
@@ -78,6 +79,7 @@ static enum shef_err emit_dense(struct shef_encoder *encoder, const struct chunk
     shef_dense_t message;
 
     SET_VIEW(&message, encoder, chunk);
+    message.n_filled = chunk->n_points;
     message.unit_px = shef_disparity_unit_px(encoder->result->max_disparity_px);
     return shef_encoder_emit(
         encoder, SHEF_CHANNEL_DENSE,

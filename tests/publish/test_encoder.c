@@ -3,9 +3,13 @@
 #include <math.h>
 #include <string.h>
 
+#include <shef_cloud_t.h>
+#include <shef_dense_t.h>
 #include <shef_depth_t.h>
 #include <shef_disparity_t.h>
 #include <shef_lcm_decode.h>
+#include <shef_pose_t.h>
+#include <shef_status_t.h>
 
 #include "core/crc32c.h"
 #include "made_result.h"
@@ -399,6 +403,20 @@ static void test_a_status_comes_back(void)
     TEST_ASSERT_EQUAL_INT64(12, read.mid_to_published_p99_ns);
 }
 
+/* LCM's fingerprint of a type comes from the names and types of its fields, not from its name. */
+static void test_no_two_types_have_the_same_fingerprint(void)
+{
+    const int64_t types[] = {
+        __shef_cloud_t_get_hash(),     __shef_dense_t_get_hash(),  __shef_depth_t_get_hash(),
+        __shef_disparity_t_get_hash(), __shef_header_t_get_hash(), __shef_pose_t_get_hash(),
+        __shef_status_t_get_hash(),
+    };
+
+    for (size_t i = 0; i < sizeof types / sizeof types[0]; i++)
+        for (size_t k = 0; k < i; k++)
+            TEST_ASSERT_NOT_EQUAL_INT64(types[i], types[k]);
+}
+
 static void test_the_generated_types_read_the_same(void)
 {
     shef_disparity_t message;
@@ -496,6 +514,7 @@ int main(void)
     RUN_TEST(test_a_pose_is_published_only_if_it_is_valid);
     RUN_TEST(test_shed_work_is_left_out_and_tagged);
     RUN_TEST(test_a_status_comes_back);
+    RUN_TEST(test_no_two_types_have_the_same_fingerprint);
     RUN_TEST(test_the_generated_types_read_the_same);
     RUN_TEST(test_the_same_result_gives_the_same_bytes);
     RUN_TEST(test_a_message_that_is_not_taken_ends_the_rest);

@@ -307,7 +307,11 @@ static void test_the_subscriber_in_python_sees_the_same_depths(void)
 {
     char self[PATH_MAX], python_path[PATH_MAX + 40], script[PATH_MAX], line[1000];
     int out_fd, status;
-    pid_t pid = start_program((const char *[]){ "python3", "-c", "import lcm", NULL }, &out_fd);
+    pid_t pid = start_program(
+        (const char *[]){ "python3", "-c",
+                          "import sys, importlib.util as u; sys.exit(u.find_spec('lcm') is None)",
+                          NULL },
+        &out_fd);
 
     if (pid > 0) {
         TEST_ASSERT_EQUAL_INT(pid, waitpid(pid, &status, 0));
