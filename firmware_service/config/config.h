@@ -30,6 +30,7 @@ enum shef_config_policy { SHEF_POLICY_NORMAL, SHEF_POLICY_FIFO };
 enum shef_config_thread {
     SHEF_THREAD_EVENTS,    /* event camera or its replay */
     SHEF_THREAD_FRAMES,    /* frame camera or its replay */
+    SHEF_THREAD_POSES,     /* robot or its replay */
     SHEF_THREAD_FILTER,    /* decode, filter, triggers, snapshots */
     SHEF_THREAD_STEREO,    /* rectification, matching, depth */
     SHEF_THREAD_WORKERS,   /* the helpers of the stereo thread */
@@ -58,6 +59,7 @@ struct shef_config {
     struct {
         char mode[SHEF_CONFIG_NAME_BYTES];
         int32_t max_disparity_px;
+        int32_t look_ahead; /* steps of the centred read-out, see pipeline/snapshot.h */
         int32_t workers; /* threads in all, the stereo thread included */
     } depth;
     struct {

@@ -57,8 +57,12 @@ const struct shef_config_row shef_config_rows[] = {
     WORD("depth.mode", depth.mode, "graded",
          "paper-ds|paper-dp|unsigned|ternary|graded|temporal|combined",
          "what is matched and how; 'shefctl mode' changes it live", LIVE),
-    INT("depth.max_disparity_px", depth.max_disparity_px, "64", 16, 256, "px",
-        "largest disparity looked for: the nearest depth is 36.3 m / this in profile wide"),
+    INT("depth.max_disparity_px", depth.max_disparity_px, "47", 16, 256, "px",
+        "largest disparity looked for: the nearest depth is 36.3 m / this in profile wide, 85.1 m "
+        "/ this in profile paper"),
+    INT("depth.look_ahead", depth.look_ahead, "3", 1, 4, "steps",
+        "how long events after mid-exposure count too: 4, 9, 17 or 25 ms; more makes edges more "
+        "symmetric, but a frame waits for it"),
     INT("depth.workers", depth.workers, "2", 1, 16, "threads", "threads that share the matching"),
 
     TEXT("lcm.url", lcm.url, "udpm://239.255.76.67:7667?ttl=0", 1,
@@ -100,6 +104,7 @@ const struct shef_config_row shef_config_rows[] = {
 
     THREAD("events", SHEF_THREAD_EVENTS, "fifo", "60", "the thread of the event source"),
     THREAD("frames", SHEF_THREAD_FRAMES, "fifo", "60", "the thread of the frame source"),
+    THREAD("poses", SHEF_THREAD_POSES, "fifo", "50", "the thread of the robot's poses"),
     THREAD("filter", SHEF_THREAD_FILTER, "fifo", "45", "decoding, filter and snapshots"),
     THREAD("stereo", SHEF_THREAD_STEREO, "fifo", "40", "matching and depth"),
     THREAD("workers", SHEF_THREAD_WORKERS, "fifo", "39", "the helpers of the stereo thread"),

@@ -48,6 +48,7 @@ static enum shef_err create_parts(struct shef_filter_stage *stage, struct shef_e
 
     snapshots.channel = EXPOSURE_CHANNEL;
     snapshots.n_snapshots = SHEF_FILTER_SNAPSHOTS;
+    snapshots.n_steps = stage->params.look_ahead;
     snapshots.delay_ns = source->calibration.frame_delay.ns + source->calibration.event_delay.ns;
     snapshots.exposure_ns =
         shef_recorded_frames_info(source->frames, 0)->exposure_us * SHEF_NS_PER_US;

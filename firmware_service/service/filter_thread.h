@@ -26,6 +26,7 @@ struct shef_filter_stage_params {
     struct shef_graph *graph; /* fetches its ends of raw_events and snapshots */
     struct shef_pace *pace;
     struct shef_counters *counters;
+    int32_t look_ahead; /* n_steps of struct shef_snapshot_params */
 };
 
 /* Allocates everything.                                           Thread: setup. */

@@ -68,6 +68,7 @@ static enum shef_err create_stages(struct shef_playback *playback, struct shef_e
         .graph = playback->graph,
         .pace = &playback->pace,
         .counters = &playback->counters,
+        .look_ahead = playback->config.depth.look_ahead,
     };
     struct shef_stereo_stage_params stereo = {
         .config = &playback->config,

@@ -177,8 +177,9 @@ static int64_t waited_ns(const struct shef_stereo_stage *stage, const struct she
         return 0;
     if (shef_host_time_before(since, snapshot->ready))
         since = snapshot->ready;
+    /* What had to wait for the first pair is no backlog. */
     if (shef_host_time_before(since, stage->locked_at))
-        since = stage->locked_at;
+        return 0;
     return shef_host_time_since(shef_clock_now(pace->clock), since);
 }
 

@@ -4,7 +4,7 @@
 static const struct shef_graph_thread_row threads[] = {
     { "events", SHEF_THREAD_EVENTS, "clock, at the next due buffer", 2 },
     { "frames", SHEF_THREAD_FRAMES, "clock, at the next due frame", 18 },
-    { "poses", SHEF_THREAD_FRAMES, "clock, at the next due pose", 8 },
+    { "poses", SHEF_THREAD_POSES, "clock, at the next due pose", 8 },
     { "filter", SHEF_THREAD_FILTER, "ring raw_events", 5 },
     { "stereo", SHEF_THREAD_STEREO, "rings frames, snapshots, poses", 18 },
     { "publisher", SHEF_THREAD_PUBLISHER, "ring results", 18 },

@@ -85,7 +85,7 @@ static void test_what_the_file_says_is_taken_and_the_rest_stays_default(void)
     TEST_ASSERT_EQUAL(SHEF_POLICY_NORMAL, config.threads[SHEF_THREAD_FILTER].policy);
     TEST_ASSERT_EQUAL_INT32(1, config.threads[SHEF_THREAD_FILTER].cpu);
     TEST_ASSERT_EQUAL_INT32(45, config.threads[SHEF_THREAD_FILTER].priority);
-    TEST_ASSERT_EQUAL_INT32(64, config.depth.max_disparity_px);
+    TEST_ASSERT_EQUAL_INT32(47, config.depth.max_disparity_px);
     TEST_ASSERT_TRUE(config.lcm.disparity);
 }
 

@@ -37,6 +37,8 @@ static enum shef_err create_job(struct job *job, struct shef_error *err)
 
     filter.cutoff_rad_s = params->cutoff_rad_s;
     snapshots.read = params->read;
+    if (params->n_steps > 0)
+        snapshots.n_steps = params->n_steps;
     snapshots.channel = params->channel;
     snapshots.delay_ns = params->delay_ns;
     snapshots.exposure_ns = params->exposure_us * SHEF_NS_PER_US;

@@ -21,6 +21,7 @@ struct shef_moments_params {
     double to_s;         /* not more than 1e9 */
     double cutoff_rad_s;
     enum shef_snapshot_read read;
+    int32_t n_steps;   /* of the centred read-out, 1..4; 0: 4 */
     bool mask_hot;     /* learn and mask hot pixels */
     uint32_t width_px; /* of the sensor, 1..2048 */
     uint32_t height_px;

@@ -442,6 +442,7 @@ enum shef_err shef_run_all(struct shef_run *run, shef_run_frame_fn *use, void *c
         .to_s = 1e9,
         .cutoff_rad_s = 120,
         .read = run->settings.read,
+        .n_steps = run->settings.look_ahead,
         .mask_hot = true,
         .width_px = run->width_px,
         .height_px = run->height_px,

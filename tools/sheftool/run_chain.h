@@ -29,6 +29,7 @@ struct shef_run_settings {
     bool needs_robot;               /* fails where they were not */
     struct shef_depth_params depth; /* mode and profile are not used */
     enum shef_snapshot_read read;
+    int32_t look_ahead;     /* n_steps of the centred read-out, 1..4 */
     int64_t extra_delay_ns; /* added to the calibrated ones, for studies of timing errors */
     int64_t max_frames;     /* stop after so many; 0: all */
     int32_t n_threads;

@@ -40,6 +40,7 @@ struct shef_run_settings shef_run_options_settings(const struct shef_run_options
         .needs_robot = options->robot,
         .depth = shef_depth_default_params(),
         .read = (enum shef_snapshot_read)options->read,
+        .look_ahead = (int32_t)options->look_ahead,
         .extra_delay_ns = (int64_t)(options->delay_ms * 1e6),
         .max_frames = options->n_frames,
         .n_threads = (int32_t)options->n_threads,

@@ -9,6 +9,7 @@ struct shef_run_options {
     const char *calibration;
     int32_t profile; /* 0: the calibration's */
     int32_t read;
+    int64_t look_ahead;
     bool robot;
     bool no_robot;
     double lag_px;
@@ -35,6 +36,9 @@ struct shef_run_options {
         SHEF_OPT_CHOICE("read", type_, how_.read, "at-mid|late|centred", "centred",                \
                         "how the filter is read: at mid-exposure, as published, later, or with "   \
                         "what follows"),                                                           \
+        SHEF_OPT_INT("look-ahead", type_, how_.look_ahead, "3", 1, 4, NULL,                        \
+                     "steps of the centred read-out: events of 4, 9, 17 or 25 ms after "           \
+                     "mid-exposure count; the service's depth.look_ahead"),                        \
         SHEF_OPT_REAL("lag", type_, how_.lag_px, "0.37", 0, 8, "px",                               \
                       "how far events trail behind edges, taken back"),                            \
         SHEF_OPT_REAL("travel", type_, how_.travel_mm, "10", 1, 100, "mm",                         \
