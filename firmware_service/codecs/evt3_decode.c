@@ -33,8 +33,8 @@ static void take_event(struct shef_evt_decoder *decoder, struct shef_event_batch
 }
 
 /* A group is 12 + 12 + 8 pixels; anything else between its words means that words are missing.
- * What is there is kept: the first vectors are right, and later ones are at most some pixels off.
- */
+ * What is there is kept: the first vectors are right, and later ones are at most some pixels
+ * off. */
 static void follow_group(struct shef_evt_decoder *decoder, uint32_t type)
 {
     static const uint8_t expected[] = { SHEF_EVT3_VECTOR_12, SHEF_EVT3_VECTOR_12,

@@ -63,8 +63,7 @@ enum shef_evt_tick {
 
 /*   n_bits   12 (EVT3) or 28 (EVT2, EVT2.1)
  *   step_us  4096 or 64
- *   near_us  a time within half the counter's range of the first TIME_HIGH, 0 if nothing is known
- */
+ *   near_us  a time within half the counter's range of the first TIME_HIGH, 0 if it is not known */
 void shef_evt_clock_init(struct shef_evt_clock *clock, int32_t n_bits, int32_t step_us,
                          int64_t near_us);
 

@@ -1,8 +1,8 @@
 /* From disparity to depth, and how far off it may be.
  *
- *   Z = f b / d                     along the left view's axis, metres (conventions: geometry)
- *   sigma_Z^2 = Z^2 [ (sigma_d / d)^2 + (f sigma_angle / d)^2 + (sigma_b / b)^2 + (v_x sigma_t /
- * b)^2 ]
+ *   Z = f b / d              along the left view's axis, metres (conventions: geometry)
+ *   sigma_Z^2 = Z^2 [ (sigma_d / d)^2 + (f sigma_angle / d)^2
+ *                     + (sigma_b / b)^2 + (v_x sigma_t / b)^2 ]
  *
  * sigma_d, what matching adds, depends on the confidence c: 0.12 px where it is 1, 0.24 px from
  * 0.975 down, a little more where it is low. The other terms are the calibration's and do not

@@ -1,16 +1,17 @@
 /* From one frame and its snapshot to depth: what the live service and `sheftool run` both do.
  *
- *   frame     -> rectified picture -> edge maps \
- *                                                 > matching -> disparity, confidence -> depth,
- * sigma snapshot  -> rectified edge maps, lag undone /
+ *   frame    -> rectified picture -> edge maps \
+ *                                                > matching -> disparity, confidence
+ *   snapshot -> rectified edge maps, lag undone /           -> depth, sigma
  *
  * Modes: what is matched, and how.
  *   paper-ds, paper-dp  unsigned maps, the published window correlation and its pyramid
  *   unsigned            the same maps, the robust matcher (robust.h)
  *   ternary, graded     signed maps: the filter's values against the frame's gradient along the
- * flow temporal            signed maps without a motion: the events between two frames against the
- *                       difference of the frames' logarithms, over so many frame intervals that the
- *                       camera travels about travel_m
+ *                       flow
+ *   temporal            signed maps without a motion: the events between two frames against the
+ *                       difference of the frames' logarithms, over so many frame intervals that
+ *                       the camera travels about travel_m
  *   combined            the scores of graded and temporal, averaged; the default
  *
  * Ternary and graded maps need to know where the scene flows to: from the camera's velocity if it
@@ -66,11 +67,9 @@ const char *shef_depth_mode_name(enum shef_depth_mode mode);
 
 /* What may be left out when time is short, in this order (later: cloud and full resolution, which
  * are the publisher's, then whole frames). */
-#define SHEF_DEPTH_SHED_DENSE (1u << 0) /* no dense images */
-#define SHEF_DEPTH_SHED_HALF_RANGE                                                                 \
-    (1u << 1)                            /* robust modes: half the disparities, the far half       \
-                                          */
-#define SHEF_DEPTH_SHED_SINGLE (1u << 2) /* combined: only graded */
+#define SHEF_DEPTH_SHED_DENSE      (1u << 0) /* no dense images: they are left as they were */
+#define SHEF_DEPTH_SHED_HALF_RANGE (1u << 1) /* robust modes: the far half of the disparities */
+#define SHEF_DEPTH_SHED_SINGLE     (1u << 2) /* combined: only graded */
 
 /* How far edges in event data trail behind the true ones, px of an event sensor of f 555 px, at
  * 0.15 m/s and more; at 0.03 m/s it is 0.6 of that. It grows with the sensor's contrast threshold:
@@ -81,14 +80,14 @@ struct shef_depth_params {
     const char *profile;           /* "wide" or "paper"; not kept */
     enum shef_frame_pixels pixels; /* of raw frames */
     enum shef_depth_mode mode;     /* to begin with */
-    uint32_t modes;           /* bits (1 << mode) that set_mode() may choose; mode's is implied */
-    int32_t max_disparity_px; /* of the profile; 0: 47 for wide, 110 for paper */
-    double lag_px;            /* in px of the event sensor, 0..8 */
-    double travel_m;          /* of a temporal pair, 0.001..0.1 */
-    double least_speed_m_s;   /* below this the camera counts as standing */
-    bool searches_flow;       /* where no velocity is given */
-    bool align_auto;          /* measures and takes out a vertical residual */
-    bool smooths_in_time;     /* the previous pair's result as a prior */
+    uint32_t modes;                /* bits (1 << mode) that set_mode() may choose; mode's is in */
+    int32_t max_disparity_px;      /* of the profile; 0: 47 for wide, 110 for paper */
+    double lag_px;                 /* in px of the event sensor, 0..8 */
+    double travel_m;               /* of a temporal pair, 0.001..0.1 */
+    double least_speed_m_s;        /* below this the camera counts as standing */
+    bool searches_flow;            /* where no velocity is given */
+    bool align_auto;               /* measures and takes out a vertical residual */
+    bool smooths_in_time;          /* the previous pair's result as a prior */
 };
 
 /* wide, Mono8, combined alone, lag SHEF_DEPTH_LAG_PX, 10 mm, 5 mm/s, searches, aligns, does not
@@ -157,9 +156,10 @@ struct shef_depth_output {
     struct shef_image_f32 confidence; /* P(|error| <= 1 px of f 555 px), 0..1 */
     struct shef_image_f32 depth_m;    /* at the same pixels */
     struct shef_image_f32 sigma_m;
-    struct shef_image_f32
-        dense_disparity; /* everywhere; data NULL: not wanted. Not of the paper's */
-    struct shef_image_f32 dense_confidence; /* modes, whose estimates are at edges */
+    /* Everywhere; data NULL: not wanted. The paper's modes, whose estimates are at edges, leave
+     * them as they were. */
+    struct shef_image_f32 dense_disparity;
+    struct shef_image_f32 dense_confidence;
 };
 
 /* Allocates all images.                                           Thread: setup. */

@@ -94,8 +94,7 @@ static void update(struct shef_filter *filter, const struct shef_event *events, 
     filter->stats.n_events += n;
 }
 
-/* What a look at a chunk finds; fills filter->pixels, which makes sense if all are on the sensor.
- */
+/* What a look at a chunk finds; fills filter->pixels, of use if all are on the sensor. */
 struct survey {
     bool is_on_sensor;
     bool is_ordered; /* no time steps back */

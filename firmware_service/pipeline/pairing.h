@@ -6,12 +6,13 @@
  *
  *   start   Every offset that lays the first frames on snapshots is tried. What does not fit
  *           counts against it: frames without a snapshot, snapshots without a frame (before the
- * first pair only where both streams are known to begin together), an arrival before the exposure,
- * and how far the smallest delay of arrival is from the calibrated one. A train of triggers without
- * gaps fits at every shift by a period: then only the last three decide, and where they do not, the
- * result says it is ambiguous. track   From the last pair on, the camera's clock predicts the
- * trigger of the next frame; the snapshot nearest to that is taken if it lies within the gate. A
- * lost frame or trigger therefore costs itself and no other. The rate is learnt over 5 to 10 s.
+ *           first pair only where both streams are known to begin together), an arrival before
+ *           the exposure, and how far the smallest delay of arrival is from the calibrated one.
+ *           A train of triggers without gaps fits at every shift by a period: then only the last
+ *           three decide, and where they do not, the result says it is ambiguous.
+ *   track   From the last pair on, the camera's clock predicts the trigger of the next frame; the
+ *           snapshot nearest to that is taken if it lies within the gate. A lost frame or trigger
+ *           therefore costs itself and no other. The rate is learnt over 5 to 10 s.
  *   again   After a run of frames that fit nothing though there are snapshots, or when a clock
  *           jumps, it starts anew. A gap in the events is bridged.
  *
@@ -56,8 +57,8 @@ struct shef_pairing_params {
                                * was lost, so the delay of arrival, if calibrated, counts more */
 };
 
-/* 300 us, 100 ppm, 100 ms, unknown latency of at most 250 ms, 4, 48 and 6 frames, begins together.
- */
+/* 300 us, 100 ppm, 100 ms, unknown latency of at most 250 ms; 4, 48 and 6 frames; begins
+ * together. */
 struct shef_pairing_params shef_pairing_default_params(void);
 
 /* A snapshot, as far as pairing needs it. */

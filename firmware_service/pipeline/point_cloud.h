@@ -33,8 +33,7 @@ struct shef_cloud_view {
     int32_t step_px;        /* every so many pixels and rows, 1 or more */
 };
 
-/* Fills points row by row. Returns how many; with points NULL only counts, else at most capacity.
- */
+/* Fills points row by row. Returns how many: at most capacity; with points NULL it only counts. */
 int32_t shef_point_cloud_fill(const struct shef_cloud_view *view, struct shef_point *points,
                               int32_t capacity);
 

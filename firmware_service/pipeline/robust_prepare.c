@@ -30,8 +30,7 @@ static void fill_bytes(const struct shef_robust *matcher, const struct shef_edge
     }
 }
 
-/* The row that a vertical residual moves to row y; -1: none, the residual is higher than the image.
- */
+/* The row that a vertical residual moves to row y; -1: none, it is higher than the image. */
 static int32_t source_row(int32_t y, float residual_px, int32_t height_px)
 {
     if (!(fabsf(residual_px) < (float)height_px))

@@ -15,11 +15,12 @@
 extern "C" {
 #endif
 
-#define SHEF_SNAPSHOT_PREDICTED (1u << 0) /* the rising edge was lost: mid is where one was due */
-#define SHEF_SNAPSHOT_LATE_TRIGGER                                                                 \
-    (1u << 1)                           /* its edge came after events newer than the read-out:     \
-                                         * they are in it */
-#define SHEF_SNAPSHOT_NO_FALL (1u << 2) /* the falling edge was lost: exposure is assumed */
+/* The rising edge was lost: mid is where one was due. */
+#define SHEF_SNAPSHOT_PREDICTED (1u << 0)
+/* Its edge came after events newer than the read-out: they are in it. */
+#define SHEF_SNAPSHOT_LATE_TRIGGER (1u << 1)
+/* The falling edge was lost: exposure is assumed. */
+#define SHEF_SNAPSHOT_NO_FALL (1u << 2)
 
 /* What the events say about one frame, on the sensor's own pixels. Values are in 1/256 contrast
  * step. Images have SHEF_WARP_PAD_BYTES readable behind them. */

@@ -180,8 +180,7 @@ void shef_warp_shift_set(struct shef_warp_shift *shift, const double camera_velo
             const double x =
                 ((column + .5) * SHEF_WARP_OFFSET_PX - .5 - shift->cx_px) / shift->f_px;
             const double y = ((row + .5) * SHEF_WARP_OFFSET_PX - .5 - shift->cy_px) / shift->f_px;
-            /* Image flow of a scene at rest, times depth: its direction is the same at any depth.
-             */
+            /* Image flow of a scene at rest, times depth: any depth has this direction. */
             const double flow_x = x * v[2] - v[0];
             const double flow_y = y * v[2] - v[1];
             const double sensor_x = j[0] * flow_x + j[1] * flow_y;

@@ -38,9 +38,7 @@ extern "C" {
 #define SHEF_RESULT_NO_PAST        (1u << 3) /* no earlier frame to compare with */
 #define SHEF_RESULT_SATURATED      (1u << 4) /* too many events for clear edges */
 #define SHEF_RESULT_NO_CONFIDENCE  (1u << 5) /* this mode has none: all are 1 */
-#define SHEF_RESULT_MODE_CHANGED                                                                   \
-    (1u << 6) /* the mode asked for lacked something; mode says                                    \
-               * which one was used */
+#define SHEF_RESULT_MODE_CHANGED   (1u << 6) /* the mode asked for lacked something: see mode */
 
 /* Whether a pose can be used, and if not, why. As in pose_t. */
 enum shef_pose_validity {

@@ -60,8 +60,7 @@ void shef_recording_writer_judge(struct shef_recording_writer *writer, enum shef
 /* Ends the recording: list of files, manifest ("closed"). The parts have ended before. Frees what
  * create() took, on failure too.
  *   with_sha256  reads everything back for checksums of whole files, which takes time
- *   go_on        asked meanwhile; when it says stop, the checksums not done are left out; or NULL
- */
+ *   go_on        asked meanwhile; when it says stop, checksums not done are left out; or NULL */
 SHEF_MUST_CHECK enum shef_err shef_recording_writer_close(struct shef_recording_writer *writer,
                                                           bool with_sha256, shef_go_on_fn *go_on,
                                                           void *context, struct shef_error *err);

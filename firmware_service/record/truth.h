@@ -23,10 +23,8 @@ enum shef_truth_view {
 };
 
 /* Bits of a mask. */
-#define SHEF_TRUTH_VALID 1u /* the pixel sees something, on its own sensor */
-#define SHEF_TRUTH_OCCLUDED                                                                        \
-    2u /* the other camera does not see that: hidden, or outside its view                          \
-        */
+#define SHEF_TRUTH_VALID    1u /* the pixel sees something, on its own sensor */
+#define SHEF_TRUTH_OCCLUDED 2u /* the other camera does not see that: hidden, or out of view */
 
 /* The tool's pose at an instant. */
 struct shef_truth_pose {

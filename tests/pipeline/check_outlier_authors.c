@@ -184,8 +184,7 @@ static void test_clamped_samples_slide_along_the_border(void)
     out[4] = 0;
     expect(in, 5, 5, 2, out);
 
-    /* The two corners on the main diagonal do see copies of themselves, 60 60 60 20 20, and stay.
-     */
+    /* The two corners on the main diagonal see copies of themselves, 60 60 60 20 20, and stay. */
     for (int i = 0; i < 25; i++)
         in[i] = out[i] = 20;
     in[0] = in[24] = out[0] = out[24] = 60;

@@ -1,5 +1,4 @@
-/* The robot's packages come back as they were, with poses that can be, or are known to be missing.
- */
+/* The robot's packages come back as they were, with their poses, or are known to be missing. */
 #include "record/recorded_poses.h"
 
 #include <math.h>

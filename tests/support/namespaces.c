@@ -41,6 +41,5 @@ bool shef_test_enter_namespaces(int flags)
     if (unshare(flags) != 0 &&
         (unshare(CLONE_NEWUSER | flags) != 0 || !become_root_inside(user, group)))
         return false;
-    return (flags & CLONE_NEWNS) == 0 ||
-           mount("none", "/", NULL, MS_REC | MS_PRIVATE, NULL) == 0;
+    return (flags & CLONE_NEWNS) == 0 || mount("none", "/", NULL, MS_REC | MS_PRIVATE, NULL) == 0;
 }

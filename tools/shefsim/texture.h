@@ -1,10 +1,10 @@
 /* Textures: what a surface sends out, made once and looked up bilinearly.
  *
  * Texels hold the square root of the light in 8 bits, so that dark places have fine steps too; each
- * is stored with the one below it, so that the four of a lookup are one read. A texel is about as large as a
- * camera in the middle of the path can resolve at the surface's nearest point, and its pattern is
- * averaged over what such a camera's pixel covers there, slanted as it is: a fixed texture, without
- * levels that would switch as the camera moves. */
+ * is stored with the one below it, so that the four of a lookup are one read. A texel is about as
+ * large as a camera in the middle of the path can resolve at the surface's nearest point, and its
+ * pattern is averaged over what such a camera's pixel covers there, slanted as it is: a fixed
+ * texture, without levels that would switch as the camera moves. */
 #ifndef SHEFSIM_TEXTURE_H
 #define SHEFSIM_TEXTURE_H
 

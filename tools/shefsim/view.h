@@ -62,8 +62,7 @@ void sim_view_render_exposure(struct sim_view *view, const struct shef_rigid *po
 
 /* What the middle of each pixel sees.
  *   out_depth_m    distance along the camera's axis; 0 where there is nothing
- *   out_object_id  the object's number, SIM_VIEW_NO_OBJECT where there is none; .data may be NULL
- */
+ *   out_object_id  the object's number, or SIM_VIEW_NO_OBJECT; .data may be NULL */
 void sim_view_depth(struct sim_view *view, const struct shef_rigid *t_world_camera,
                     struct shef_image_f32 out_depth_m, struct shef_image_i16 out_object_id);
 

@@ -33,8 +33,7 @@ struct sim_ray_grid {
 /* SHEF_ERR_INVALID: a ray that the lens does not see. SHEF_ERR_NO_MEMORY. */
 SHEF_MUST_CHECK enum shef_err sim_ray_grid_create(struct sim_ray_grid *out_grid,
                                                   const struct sim_view_params *params,
-                                                  int32_t supersample,
-                                                  struct shef_workers *workers,
+                                                  int32_t supersample, struct shef_workers *workers,
                                                   struct shef_error *err);
 
 /* A zeroed grid is allowed. */

@@ -35,7 +35,8 @@ static const struct shef_option options[] = {
     SHEF_OPT_FLAG("pictures", struct settings, pictures,
                   "also write pictures/N.png: frame, edges, disparity, and truth and errors where "
                   "the recording knows the truth"),
-    SHEF_OPT_FLAG("cloud", struct settings, cloud, "also write cloud/N.ply and two views of it, cloud/N.png"),
+    SHEF_OPT_FLAG("cloud", struct settings, cloud,
+                  "also write cloud/N.ply and two views of it, cloud/N.png"),
     SHEF_OPT_END,
 };
 

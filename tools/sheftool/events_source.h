@@ -37,8 +37,8 @@ SHEF_MUST_CHECK enum shef_err shef_events_source_open(const char *path, uint32_t
 const struct shef_events_info *shef_events_source_info(const struct shef_events_source *source);
 
 /* Clears the batch and fills it with at least one event or trigger.
- * SHEF_ERR_EMPTY: that was all. SHEF_ERR_IO: reading failed. SHEF_ERR_GONE: stopped by a signal.
- */
+ * SHEF_ERR_EMPTY: that was all. SHEF_ERR_IO: reading failed. SHEF_ERR_GONE: stopped by a
+ * signal. */
 SHEF_MUST_CHECK enum shef_err shef_events_source_next(struct shef_events_source *source,
                                                       struct shef_event_batch *batch,
                                                       struct shef_error *err);

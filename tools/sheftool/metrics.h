@@ -2,8 +2,7 @@
  *
  * All disparities are in px, 0 = none. A tally holds pooled sums over any number of pixels; the
  * RMSE alone is an average over images of the per-image RMSE (the authors' evaluation does it so).
- * Tallies of disjoint images can be merged. Pure arithmetic, no allocation. Thread: one per tally.
- */
+ * Tallies of disjoint images can be merged. Pure arithmetic, no allocation. Thread: one a tally. */
 #ifndef SHEFTOOL_METRICS_H
 #define SHEFTOOL_METRICS_H
 

@@ -72,8 +72,7 @@ size_t shef_evt2_run_avx512(struct shef_evt_run *run, const uint8_t *words, size
     return n < n_whole ? n : n + shef_evt2_run_c(run, words + n * 4, n_words - n);
 }
 
-/* One event for each set bit: bit i stands for pixel x + i of xy. Returns where the next one goes.
- */
+/* One event for each set bit: bit i is pixel x + i of xy. Returns where the next one goes. */
 static inline struct shef_event *put_vector(struct shef_event *out, uint32_t mask, __m512i t_us,
                                             uint32_t xy)
 {

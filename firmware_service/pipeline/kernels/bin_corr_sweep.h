@@ -12,8 +12,7 @@
  *   box_enter(box, main, rest, n_rest)  adds one column to the box
  *   box_step(box, main_in, main_out, rest_in, rest_out, n_rest, is_signed)   one pixel further
  *   box_park(box, parked, n_rest)       stores the box, at most SHEF_BIN_CORR_BOX_BYTES
- *   box_best(parked, n_rest, out_sum)   its largest sum and, returned, the first lane that has it
- */
+ *   box_best(parked, n_rest, out_sum)   its largest sum and, returned, the first lane with it */
 #ifndef SHEF_PIPELINE_KERNELS_BIN_CORR_SWEEP_H
 #define SHEF_PIPELINE_KERNELS_BIN_CORR_SWEEP_H
 

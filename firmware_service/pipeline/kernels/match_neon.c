@@ -46,8 +46,7 @@ static inline vec vec_mul(vec a, vec b)
     return vmulq_s16(a, b);
 }
 
-/* (2ab + 2^15) >> 16: the same rounding; it saturates only at -2^15 squared, which no table holds.
- */
+/* (2ab + 2^15) >> 16: the same rounding. Only -2^15 squared saturates, which no table holds. */
 static inline vec vec_mulhrs(vec a, vec b)
 {
     return vqrdmulhq_s16(a, b);
