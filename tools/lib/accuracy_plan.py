@@ -10,6 +10,7 @@ import math
 FPS = 54
 TRAVEL_M = 0.010  # of a temporal pair: before that, the chain has not seen all it uses
 SCENES = ("simple_boxes", "complex_boxes", "picnic", "low_contrast")
+SWEPT = ("simple_boxes", "complex_boxes", "low_contrast")
 LIGHTS = ("day", "night")
 # Parts of the arm's paths: name, where on it, tilt of its plane in degrees.
 VARIANTS = (("circle", 0.10, 20), ("square", 0.65, 0), ("lissajous-b", 0.85, 0))
@@ -111,7 +112,7 @@ def add_directions(plan, quick):
 
 
 def sweep_scenes(quick):
-    return ("complex_boxes",) if quick else SCENES
+    return ("complex_boxes",) if quick else SWEPT
 
 
 def add_sweeps(plan, quick):
