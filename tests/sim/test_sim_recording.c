@@ -96,7 +96,7 @@ static struct event_summary read_events(const char *path)
     return summary;
 }
 
-static void test_events_fill_the_time_and_none_is_lost(void)
+static void test_events_go_on_for_40_ms_after_the_frames_and_none_is_lost(void)
 {
     make_once();
 
@@ -107,7 +107,7 @@ static void test_events_fill_the_time_and_none_is_lost(void)
     TEST_ASSERT_EQUAL_UINT64(0, report.events.n_lost);
     TEST_ASSERT_GREATER_THAN_UINT64(50000, events.n_events);
     TEST_ASSERT_INT64_WITHIN(200, start_us, events.first_us);
-    TEST_ASSERT_INT64_WITHIN(400, start_us + 120000, events.last_us);
+    TEST_ASSERT_INT64_WITHIN(400, start_us + 160000, events.last_us);
 }
 
 static void test_triggers_are_the_edges_of_the_exposures(void)
@@ -204,7 +204,7 @@ static void test_poses_come_every_8_ms_and_are_true(void)
     }
     TEST_ASSERT_EQUAL_INT(SHEF_ERR_EMPTY, code);
     TEST_ASSERT_EQUAL_UINT32((uint32_t)report.n_poses, n);
-    TEST_ASSERT_UINT32_WITHIN(1, 15, n);
+    TEST_ASSERT_UINT32_WITHIN(1, 20, n);
     shef_recorded_poses_close(poses);
 }
 
@@ -405,7 +405,7 @@ static void test_a_folder_that_holds_something_is_not_touched(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_events_fill_the_time_and_none_is_lost);
+    RUN_TEST(test_events_go_on_for_40_ms_after_the_frames_and_none_is_lost);
     RUN_TEST(test_triggers_are_the_edges_of_the_exposures);
     RUN_TEST(test_frames_carry_their_cameras_time_and_arrive_after_their_exposure);
     RUN_TEST(test_poses_come_every_8_ms_and_are_true);

@@ -17,6 +17,9 @@
 /* The first exposure begins here: by then the event sensor has seen some images. */
 #define FIRST_FRAME_NS 10000000
 
+/* Events go on for so long after the last frame: its snapshot needs what follows mid-exposure. */
+#define AFTER_FRAMES_NS 40000000
+
 /* Times at which the fastest motion is looked for. */
 #define N_SPEEDS 8
 
@@ -220,7 +223,8 @@ enum shef_err sim_rig_create(struct sim_rig **out_rig, const struct sim_rig_sett
     rig->settings = *settings;
     rig->workers = workers;
     rig->scan = sim_event_scan_pick(cpu_features);
-    rig->total_ns = (int64_t)(settings->seconds * 1e9 + 0.5);
+    rig->frames_ns = (int64_t)(settings->seconds * 1e9 + 0.5);
+    rig->total_ns = rig->frames_ns + (settings->without_frames ? 0 : AFTER_FRAMES_NS);
     rig->clocks = sim_clocks_draw(settings->seed, settings->frame_tick_ns);
     code = open_world(rig, err);
     if (code == SHEF_OK)

@@ -31,7 +31,7 @@ struct sim_rig_settings {
     double path_size_m;
     double tilt_deg;
     double phase;   /* where on the path it starts, 0..1 */
-    double seconds; /* 0.01..600 */
+    double seconds; /* of frames, 0.01..600; events go on a little longer */
     uint64_t seed;
     struct sim_event_sensor_params sensor;
     enum sim_frame_format format;

@@ -22,7 +22,8 @@ struct sim_rig_maps {
 
 struct sim_rig {
     struct sim_rig_settings settings;
-    int64_t total_ns;
+    int64_t frames_ns; /* the last exposure ends before it */
+    int64_t total_ns;  /* events go on for longer than frames */
     struct sim_scene *scene;
     struct sim_path *path;
     struct shef_workers *workers;

@@ -189,7 +189,7 @@ static int32_t count_frames(const struct sim_rig *rig)
 
     if (rig->settings.without_frames)
         return 0;
-    while (sim_rig_frame_at(rig, n).end_ns <= rig->total_ns)
+    while (sim_rig_frame_at(rig, n).end_ns <= rig->frames_ns)
         n++;
     return (int32_t)n;
 }
