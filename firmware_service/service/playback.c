@@ -104,6 +104,8 @@ static enum shef_err create_publisher(struct shef_playback *playback, struct she
         .grid_step = shef_live_get(&playback->live->grid_step),
         .is_stepped = !shef_pace_is_live(&playback->pace),
         .clock = shef_clock_monotonic(),
+        .status = shef_playback_publish_status,
+        .status_context = playback,
     };
     struct shef_error trouble;
     enum shef_err code;

@@ -7,6 +7,7 @@
 #include "service/filter_thread.h"
 #include "service/pace.h"
 #include "service/playback.h"
+#include "service/publish_status.h"
 #include "service/recorder.h"
 #include "service/stereo_thread.h"
 #include "service/wiring.h"
@@ -37,6 +38,8 @@ struct shef_playback {
     _Atomic bool has_failed;              /* failure is written */
     struct shef_error failure;            /* read once state says FAILED */
     _Atomic(struct shef_result *) newest; /* the stereo thread puts, the control thread takes */
+    /* The publisher thread's. */
+    struct shef_publish_status_before status_before;
     /* The control thread's. */
     uint64_t n_progress;
     uint64_t last_steps[3];

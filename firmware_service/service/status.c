@@ -1,11 +1,9 @@
 /* The answers to `status` and `top`; docs/control.md describes them. */
-#include <inttypes.h>
-#include <stdio.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "control/request.h"
 #include "core/clock.h"
+#include "service/publish_status.h"
 #include "service/service_internal.h"
 
 static json_int_t number(uint64_t n)
@@ -16,20 +14,6 @@ static json_int_t number(uint64_t n)
 static json_int_t get(const shef_counter *counter)
 {
     return number(shef_counter_get(counter));
-}
-
-static int64_t resident_bytes(void)
-{
-    FILE *file = fopen("/proc/self/statm", "re");
-    int64_t n_all = 0;
-    int64_t n_resident = 0;
-
-    if (!file)
-        return 0;
-    if (fscanf(file, "%" SCNd64 " %" SCNd64, &n_all, &n_resident) != 2)
-        n_resident = 0;
-    fclose(file);
-    return n_resident * sysconf(_SC_PAGESIZE);
 }
 
 static const char *state_name(const struct shef_service *service)
@@ -220,7 +204,7 @@ void shef_status_fill(struct shef_service *service, json_t *answer)
         json_object_set_new(answer, "real_time", json_pack("{s:b}", "granted", (int)is_real_time));
     }
     json_object_set_new(answer, "recording", recording_to_json(service));
-    json_object_set_new(answer, "memory_bytes", json_integer((json_int_t)resident_bytes()));
+    json_object_set_new(answer, "memory_bytes", json_integer((json_int_t)shef_resident_bytes()));
     json_object_set_new(answer, "cpu_share", json_real(service->window.cpu_share));
     json_object_set_new(answer, "warnings", warnings_to_json(service));
 }
@@ -264,7 +248,7 @@ void shef_top_fill(struct shef_service *service, json_t *answer)
     json_object_set_new(answer, "frames_hz", json_real(window->frames_per_s));
     json_object_set_new(answer, "events_mev_s", json_real(window->events_per_s * 1e-6));
     json_object_set_new(answer, "cpu_share", json_real(window->cpu_share));
-    json_object_set_new(answer, "memory_bytes", json_integer((json_int_t)resident_bytes()));
+    json_object_set_new(answer, "memory_bytes", json_integer((json_int_t)shef_resident_bytes()));
     if (!service->playback)
         return;
 

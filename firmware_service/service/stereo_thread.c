@@ -87,6 +87,13 @@ void shef_stereo_stage_destroy(struct shef_stereo_stage *stage)
     free(stage);
 }
 
+void shef_stereo_stage_identity(const struct shef_stereo_stage *stage, int64_t *out_session_id,
+                                uint8_t out_calib_id[SHEF_CALIB_ID_BYTES])
+{
+    *out_session_id = stage->params.session_id;
+    memcpy(out_calib_id, stage->calib_id, SHEF_CALIB_ID_BYTES);
+}
+
 struct shef_depth_geometry shef_stereo_stage_geometry(const struct shef_stereo_stage *stage)
 {
     return stage->geometry;

@@ -44,6 +44,10 @@ SHEF_MUST_CHECK enum shef_err shef_stereo_stage_create(
 /* NULL is allowed.                                                Thread: setup. */
 void shef_stereo_stage_destroy(struct shef_stereo_stage *stage);
 
+/* What its results say of themselves.                             Thread: any. */
+void shef_stereo_stage_identity(const struct shef_stereo_stage *stage, int64_t *out_session_id,
+                                uint8_t out_calib_id[SHEF_CALIB_ID_BYTES]);
+
 struct shef_depth_geometry shef_stereo_stage_geometry(const struct shef_stereo_stage *stage);
 
 /* Where results come from; before the thread starts.              Thread: setup. */
