@@ -56,6 +56,9 @@ static void test_every_parameter_has_a_range_and_a_sentence(void)
     EXPECT_RANGE(prior_cost_per_px, 0.0, 64.0, -0.1, 64.1, "prior cost per px is");
     EXPECT_RANGE(saturated_cost_per_px, 0.0, 64.0, -0.1, 64.1, "saturated cost per px is");
     EXPECT_RANGE(prior_cap_px, 0.0, 31.0, -0.1, 31.1, "prior cap (px) is");
+    EXPECT_RANGE(score_weight, 0.0, 64.0, -0.1, 64.1, "score weight is");
+    EXPECT_RANGE(confidence_scale, 0.1, 10.0, 0.05, 10.1, "confidence scale is");
+    EXPECT_RANGE(confidence_offset, -10.0, 10.0, -10.1, 10.1, "confidence offset is");
     EXPECT_RANGE(saturated_share, 0.0, 1.0, -0.1, 1.1, "saturated share is");
 }
 
