@@ -71,9 +71,10 @@ const char *shef_depth_mode_name(enum shef_depth_mode mode);
 #define SHEF_DEPTH_SHED_HALF_RANGE (1u << 1) /* robust modes: the far half of the disparities */
 #define SHEF_DEPTH_SHED_SINGLE     (1u << 2) /* combined: only graded */
 
-/* How far edges in event data trail behind the true ones, px of an event sensor of f 555 px, at
- * 0.15 m/s and more; at 0.03 m/s it is 0.6 of that. It grows with the sensor's contrast threshold:
- * this is for 0.3, without noise 0.26 was measured at 0.2 (event_edges.h). */
+/* How far edges in event data trail behind the true ones, px of an event sensor of f 555 px, for
+ * edges of 0.275 ln per px (the steepest tenth of the picture, along the motion). The chain takes
+ * more where edges are flatter and less below 0.15 m/s (depth_motion.c). It grows with the sensor's
+ * contrast threshold: this is for 0.3. */
 #define SHEF_DEPTH_LAG_PX 0.37
 
 struct shef_depth_params {

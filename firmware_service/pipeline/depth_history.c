@@ -76,6 +76,13 @@ struct depth_past *depth_history_add(struct shef_depth_history *history, int64_t
     return past;
 }
 
+const struct depth_past *depth_history_before(const struct shef_depth_history *history)
+{
+    const int32_t before = (history->newest + SHEF_DEPTH_HISTORY - 1) % SHEF_DEPTH_HISTORY;
+
+    return history->at[before].is_set ? &history->at[before] : NULL;
+}
+
 /* How far back a frame is; 0: it cannot be compared with the newest. */
 static int64_t time_ago_ns(const struct shef_depth_history *history, const struct depth_past *past)
 {

@@ -45,6 +45,9 @@ void depth_history_clear(struct shef_depth_history *history);
 struct depth_past *depth_history_add(struct shef_depth_history *history, int64_t number,
                                      const struct shef_snapshot *snapshot);
 
+/* The frame before the newest; NULL: there is none. */
+const struct depth_past *depth_history_before(const struct shef_depth_history *history);
+
 /* The earlier frame whose distance in time from the newest is nearest to span_ns.
  * NULL: there is none whose sums can be compared. */
 const struct depth_past *depth_history_find(const struct shef_depth_history *history,
