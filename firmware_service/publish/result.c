@@ -10,8 +10,6 @@
 
 struct shef_result_pool {
     struct shef_pool *pool;
-    uint32_t n_results;
-    uint32_t result_bytes;
 };
 
 /* Lays an image out at *offset of a buffer; with data NULL it only counts. */
@@ -90,9 +88,7 @@ struct shef_result_pool *shef_result_pool_create(uint32_t n_results, int32_t wid
         (void)shef_fail(err, SHEF_ERR_NO_MEMORY, "pool of results: out of memory");
         return NULL;
     }
-    results->n_results = n_results;
-    results->result_bytes = (uint32_t)result_bytes;
-    results->pool = shef_pool_create(n_results, results->result_bytes, err);
+    results->pool = shef_pool_create(n_results, (uint32_t)result_bytes, err);
     if (!results->pool) {
         free(results);
         return NULL;
@@ -153,9 +149,4 @@ uint64_t shef_result_pool_refused_count(const struct shef_result_pool *pool)
 uint32_t shef_result_pool_lent_count(const struct shef_result_pool *pool)
 {
     return shef_pool_lent_count(pool->pool);
-}
-
-size_t shef_result_pool_memory_bytes(const struct shef_result_pool *pool)
-{
-    return (size_t)pool->n_results * pool->result_bytes;
 }

@@ -135,9 +135,6 @@ uint64_t shef_result_pool_refused_count(const struct shef_result_pool *pool);
 /* How many are out at the moment.                                 Thread: any. */
 uint32_t shef_result_pool_lent_count(const struct shef_result_pool *pool);
 
-/* Bytes that create() allocated for results. */
-size_t shef_result_pool_memory_bytes(const struct shef_result_pool *pool);
-
 #ifdef __cplusplus
 }
 #endif
