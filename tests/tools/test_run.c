@@ -182,6 +182,24 @@ static void test_study_puts_all_modes_side_by_side(void)
     TEST_ASSERT_TRUE(bad[1] < bad[0]);
 }
 
+static void test_figures_that_do_not_exist_are_dashes(void)
+{
+    /* 0.07 s of a circle go one way only. */
+    succeed(line("study %s --modes graded --frames 4", recording));
+    TEST_ASSERT_NULL_MESSAGE(strstr(process.out, "nan"), process.out);
+    TEST_ASSERT_TRUE_MESSAGE(strstr(process.out, " -  ") || strstr(process.out, " -\n"),
+                             process.out);
+}
+
+static void test_truth_without_maps_scores_nothing_and_says_so(void)
+{
+    const char *path = copy_recording("no-maps");
+
+    shell("rm %s/truth/disparity/*", path);
+    fail(1, "maps", path, line("study %s --modes graded --frames 4", path));
+    fail(1, "--skip", recording, line("study %s --modes graded --skip 1000", recording));
+}
+
 static void test_without_a_robot_the_motion_is_found(void)
 {
     const char *path = copy_recording("no-poses");
@@ -281,6 +299,8 @@ int main(void)
     RUN_TEST(test_a_run_is_as_good_as_eval_says);
     RUN_TEST(test_threads_and_instruction_sets_give_the_same_files);
     RUN_TEST(test_study_puts_all_modes_side_by_side);
+    RUN_TEST(test_figures_that_do_not_exist_are_dashes);
+    RUN_TEST(test_truth_without_maps_scores_nothing_and_says_so);
     RUN_TEST(test_without_a_robot_the_motion_is_found);
     RUN_TEST(test_a_damaged_frame_costs_itself);
     RUN_TEST(test_a_recording_cut_short_gives_what_is_there);

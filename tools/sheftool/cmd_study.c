@@ -175,12 +175,31 @@ static void print_result(const char *name, struct mode_result *result)
     const struct shef_run_figures away = shef_run_part_figures(&result->tally.away);
     const struct shef_timing_summary times = shef_timings_summary(&result->times);
 
-    printf("%-10s %6.2f %6.2f %7.2f %+6.2f %7.2f %7.2f %7.2f %6.1f %6.3f %6.1f %6.1f %6.2f\n", name,
-           100 * all.bad_1, 100 * all.bad_2, 100 * all.depth_error, 100 * all.bias,
-           100 * sure.bad_1, 100 * sure.depth_error, 100 * away.bad_1, 100 * all.coverage,
-           shef_run_calibration_error(&result->tally),
-           100.0 * (double)result->tally.n_within_sigma / (double)result->tally.all.n_good,
-           100.0 * (double)result->n_right / (double)result->n_moving, times.median_ms);
+    const struct {
+        double value;
+        int width;
+        int decimals;
+        bool is_signed;
+    } cells[] = {
+        { 100 * all.bad_1, 7, 2, false },
+        { 100 * all.bad_2, 7, 2, false },
+        { 100 * all.depth_error, 8, 2, false },
+        { 100 * all.bias, 7, 2, true },
+        { 100 * sure.bad_1, 8, 2, false },
+        { 100 * sure.depth_error, 8, 2, false },
+        { 100 * away.bad_1, 8, 2, false },
+        { 100 * all.coverage, 7, 1, false },
+        { shef_run_calibration_error(&result->tally), 7, 3, false },
+        { 100 * shef_run_within_sigma(&result->tally), 7, 1, false },
+        { 100.0 * (double)result->n_right / (double)result->n_moving, 7, 1, false },
+        { times.median_ms, 7, 2, false },
+    };
+
+    printf("%-10s", name);
+    for (size_t i = 0; i < sizeof cells / sizeof cells[0]; i++)
+        shef_number_print(cells[i].value, cells[i].width, cells[i].decimals, cells[i].is_signed,
+                          stdout);
+    printf("\n");
 }
 
 static void print_directions(const char *name, const struct mode_result *result)
@@ -190,8 +209,8 @@ static void print_directions(const char *name, const struct mode_result *result)
         const struct shef_run_figures figures =
             shef_run_part_figures(&result->tally.by_direction[i]);
 
-        printf("  %s %+.2f", shef_run_direction_name((enum shef_run_direction)i),
-               100 * figures.bias);
+        printf("  %s ", shef_run_direction_name((enum shef_run_direction)i));
+        shef_number_print(100 * figures.bias, 0, 2, true, stdout);
     }
     printf("\n");
 }
@@ -261,6 +280,11 @@ static enum shef_err study_one(struct study *study, const char *path, struct she
         code = shef_run_all(run, use_frame, study, err);
         shef_progress_end(&study->progress);
     }
+    if (code == SHEF_OK && study->here[0].tally.n_frames == 0)
+        code = shef_fail(err, SHEF_ERR_NOT_FOUND,
+                         "'%s': of its %lld frames none that is to be scored has its maps in "
+                         "truth/; see --skip, and render again if they are lost",
+                         path, (long long)study->n);
     for (int i = 0; run && (note = shef_run_note(run, i)); i++)
         fprintf(stderr, "note: %s: %s\n", path, note);
     if (code == SHEF_OK) {

@@ -107,29 +107,20 @@ json_t *shef_evaluation_json(struct shef_evaluation *evaluation)
     return root;
 }
 
-/* Prints a figure in a column, or a dash. */
-static void print_figure(double value, int width, int decimals, FILE *out)
-{
-    if (isfinite(value))
-        fprintf(out, "%*.*f", width, decimals, value);
-    else
-        fprintf(out, "%*s", width, "-");
-}
-
 static void print_row(const char *name, const struct shef_tally *tally, FILE *out)
 {
     const struct shef_figures figures = shef_tally_figures(tally);
 
     fprintf(out, "%-16.16s%5lld", name, (long long)tally->n_images);
-    print_figure(figures.rmse_px, 8, 2, out);
-    print_figure(100 * figures.bad[3], 8, 2, out);
+    shef_number_print(figures.rmse_px, 8, 2, false, out);
+    shef_number_print(100 * figures.bad[3], 8, 2, false, out);
     for (int i = 0; i < SHEF_N_DELTAS; i++)
-        print_figure(figures.delta[i], 8, 4, out);
-    print_figure(figures.epe_px, 8, 2, out);
+        shef_number_print(figures.delta[i], 8, 4, false, out);
+    shef_number_print(figures.epe_px, 8, 2, false, out);
     for (int i = 0; i < SHEF_N_BAD - 1; i++)
-        print_figure(100 * figures.bad[i], 8, 2, out);
-    print_figure(100 * figures.coverage, 8, 2, out);
-    print_figure(figures.depth_median_cm, 8, 2, out);
+        shef_number_print(100 * figures.bad[i], 8, 2, false, out);
+    shef_number_print(100 * figures.coverage, 8, 2, false, out);
+    shef_number_print(figures.depth_median_cm, 8, 2, false, out);
     fputc('\n', out);
 }
 
@@ -143,11 +134,11 @@ static void print_curve(const struct shef_density_curve *curve, FILE *out)
         const struct shef_figures figures = shef_tally_figures(&curve->level[i]);
 
         fprintf(out, "%7d", shef_level_percent[i]);
-        print_figure(100 * figures.coverage, 8, 2, out);
-        print_figure(figures.rmse_px, 8, 2, out);
-        print_figure(100 * figures.bad[3], 8, 2, out);
-        print_figure(figures.delta[0], 8, 4, out);
-        print_figure(100 * figures.bad[2], 8, 2, out);
+        shef_number_print(100 * figures.coverage, 8, 2, false, out);
+        shef_number_print(figures.rmse_px, 8, 2, false, out);
+        shef_number_print(100 * figures.bad[3], 8, 2, false, out);
+        shef_number_print(figures.delta[0], 8, 4, false, out);
+        shef_number_print(100 * figures.bad[2], 8, 2, false, out);
         fputc('\n', out);
     }
     if (!curve->ranked)
@@ -166,9 +157,9 @@ static void print_confidence(const struct shef_tally *tally, FILE *out)
 
         fprintf(out, "%6.1f%6.1f", (double)i / SHEF_N_CONFIDENCE_BINS,
                 (i + 1.0) / SHEF_N_CONFIDENCE_BINS);
-        print_figure(100 * (double)bin->n / (double)tally->n_scored, 10, 2, out);
-        print_figure(bin->sum_promised / (double)bin->n, 10, 3, out);
-        print_figure((double)bin->n_hits / (double)bin->n, 7, 3, out);
+        shef_number_print(100 * (double)bin->n / (double)tally->n_scored, 10, 2, false, out);
+        shef_number_print(bin->sum_promised / (double)bin->n, 10, 3, false, out);
+        shef_number_print((double)bin->n_hits / (double)bin->n, 7, 3, false, out);
         fputc('\n', out);
     }
 }

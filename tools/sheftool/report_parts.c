@@ -7,6 +7,14 @@ json_t *shef_number_json(double value)
     return isfinite(value) ? json_real(value) : json_null();
 }
 
+void shef_number_print(double value, int width, int decimals, bool is_signed, FILE *out)
+{
+    if (isfinite(value))
+        fprintf(out, is_signed ? "%+*.*f" : "%*.*f", width, decimals, value);
+    else
+        fprintf(out, "%*s", width, "-");
+}
+
 json_t *shef_timing_summary_json(const struct shef_timing_summary *summary)
 {
     return json_pack("{s:f, s:f, s:f}", "median_ms", summary->median_ms, "p95_ms", summary->p95_ms,

@@ -3,6 +3,7 @@
 #define SHEFTOOL_REPORT_PARTS_H
 
 #include <jansson.h>
+#include <stdbool.h>
 #include <stdio.h>
 
 #include "pipeline/smooth_field.h"
@@ -10,6 +11,10 @@
 
 /* JSON has no NaN: a value that is not finite is null. */
 json_t *shef_number_json(double value);
+
+/* Prints a number right-aligned in a column, or a dash if it is not finite.
+ *   is_signed  + before positive ones */
+void shef_number_print(double value, int width, int decimals, bool is_signed, FILE *out);
 
 /* {"median_ms", "p95_ms", "min_ms"}; NULL: out of memory. */
 json_t *shef_timing_summary_json(const struct shef_timing_summary *summary);

@@ -15,6 +15,7 @@
 #include "sheftool/output_folder.h"
 #include "sheftool/picture.h"
 #include "sheftool/progress.h"
+#include "sheftool/report_parts.h"
 #include "sheftool/run_score.h"
 
 /* Error pictures take full colour at 5 px of f 1301 px: 2.1 px of f 555 px. */
@@ -161,12 +162,14 @@ static json_t *frame_json(const struct job *job, int64_t number)
     const double *v = shef_run_scorer_velocity(job->scorer);
 
     return json_pack(
-        "{s:I, s:s, s:[f, f, f], s:I, s:f, s:f, s:f, s:f, s:f, s:f}", "number", (json_int_t)number,
+        "{s:I, s:s, s:[o, o, o], s:I, s:o, s:o, s:o, s:o, s:o, s:o}", "number", (json_int_t)number,
         "direction", shef_run_direction_name(shef_run_scorer_direction(job->scorer)),
-        "velocity_m_s", v[0], v[1], v[2], "pixels", (json_int_t)job->one.all.n_scored,
-        "bad_1_percent", 100 * all.bad_1, "bad_2_percent", 100 * all.bad_2, "depth_error_percent",
-        100 * all.depth_error, "bias_percent", 100 * all.bias, "coverage_percent",
-        100 * all.coverage, "confident_75_bad_1_percent", 100 * sure.bad_1);
+        "velocity_m_s", shef_number_json(v[0]), shef_number_json(v[1]), shef_number_json(v[2]),
+        "pixels", (json_int_t)job->one.all.n_scored, "bad_1_percent",
+        shef_number_json(100 * all.bad_1), "bad_2_percent", shef_number_json(100 * all.bad_2),
+        "depth_error_percent", shef_number_json(100 * all.depth_error), "bias_percent",
+        shef_number_json(100 * all.bias), "coverage_percent", shef_number_json(100 * all.coverage),
+        "confident_75_bad_1_percent", shef_number_json(100 * sure.bad_1));
 }
 
 static enum shef_err score(struct job *job, const struct shef_numbered *map, struct shef_error *err)
@@ -238,9 +241,14 @@ static void print_part(const char *name, const struct shef_run_part *part)
 
     if (part->n_scored == 0)
         return;
-    printf("%-22s %9" PRId64 " %7.2f %7.2f %7.2f %8.2f %+7.2f %9.1f\n", name, part->n_scored,
-           100 * figures.bad_1, 100 * figures.bad_2, figures.epe_px, 100 * figures.depth_error,
-           100 * figures.bias, 100 * figures.coverage);
+    printf("%-22s %9" PRId64, name, part->n_scored);
+    shef_number_print(100 * figures.bad_1, 8, 2, false, stdout);
+    shef_number_print(100 * figures.bad_2, 8, 2, false, stdout);
+    shef_number_print(figures.epe_px, 8, 2, false, stdout);
+    shef_number_print(100 * figures.depth_error, 9, 2, false, stdout);
+    shef_number_print(100 * figures.bias, 8, 2, true, stdout);
+    shef_number_print(100 * figures.coverage, 10, 1, false, stdout);
+    printf("\n");
 }
 
 static void print_all(const struct job *job)
@@ -260,9 +268,11 @@ static void print_all(const struct job *job)
                  shef_run_direction_name((enum shef_run_direction)i));
         print_part(name, &pooled->by_direction[i]);
     }
-    printf("confidence: mean error %.3f; depths within one sigma, of those within 1 px: %.1f %%\n",
-           shef_run_calibration_error(pooled),
-           100.0 * (double)pooled->n_within_sigma / (double)pooled->all.n_good);
+    printf("confidence: mean error ");
+    shef_number_print(shef_run_calibration_error(pooled), 0, 3, false, stdout);
+    printf("; depths within one sigma, of those within 1 px: ");
+    shef_number_print(100 * shef_run_within_sigma(pooled), 0, 1, false, stdout);
+    printf(" %%\n");
     if (job->n_without_truth > 0)
         printf("%" PRId64 " frames have no truth and were left out\n", job->n_without_truth);
 }

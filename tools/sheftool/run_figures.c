@@ -85,6 +85,11 @@ double shef_run_calibration_error(const struct shef_run_tally *tally)
     return n > 0 ? sum / (double)n : NAN;
 }
 
+double shef_run_within_sigma(const struct shef_run_tally *tally)
+{
+    return tally->all.n_good > 0 ? (double)tally->n_within_sigma / (double)tally->all.n_good : NAN;
+}
+
 /* Counts of JSON_STEP bins each, with blanks between; what is left of the last bin comes last. */
 static json_t *bins_json(const uint32_t bins[SHEF_RUN_ERROR_BINS])
 {
@@ -148,6 +153,5 @@ json_t *shef_run_tally_json(const struct shef_run_tally *tally)
         part_json(&tally->all), "confident_75", part_json(&tally->confident), "away_from_jumps",
         part_json(&tally->away), "directions", directions, "confidence", confidence_json(tally),
         "confidence_error", shef_number_json(shef_run_calibration_error(tally)),
-        "within_sigma_of_good_percent",
-        shef_number_json(100.0 * (double)tally->n_within_sigma / (double)tally->all.n_good));
+        "within_sigma_of_good_percent", shef_number_json(100 * shef_run_within_sigma(tally)));
 }

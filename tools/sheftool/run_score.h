@@ -85,6 +85,9 @@ struct shef_run_figures shef_run_part_figures(const struct shef_run_part *part);
 /* Mean |promised - kept| of the confidences, weighted by their number. */
 double shef_run_calibration_error(const struct shef_run_tally *tally);
 
+/* Share of good depths (|error| <= 1 px) within one sigma; NaN where there are none. */
+double shef_run_within_sigma(const struct shef_run_tally *tally);
+
 /* Adds all of another tally. */
 void shef_run_tally_merge(struct shef_run_tally *into, const struct shef_run_tally *from);
 
