@@ -40,6 +40,12 @@ uint32_t shef_frame_bytes(const struct shef_frame_info *info)
     return info->row_bytes * info->height_px;
 }
 
+bool shef_frame_is_usable(const struct shef_frame_info *info, const struct shef_frame_part *part)
+{
+    return info->status == 0 && info->width_px == part->width_px &&
+           info->height_px == part->height_px && info->pixel_format == part->pixel_format;
+}
+
 void shef_frame_part_encode(const struct shef_frame_part *part,
                             uint8_t out_info[SHEF_PART_INFO_BYTES])
 {

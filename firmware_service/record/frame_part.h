@@ -25,6 +25,10 @@ struct shef_frame_part {
     uint32_t pixel_format;
 };
 
+/* Whether a frame is complete and of the part's size and format. One that is not is kept as the
+ * camera gave it, but nothing that goes by the part's may look at its pixels. */
+bool shef_frame_is_usable(const struct shef_frame_info *info, const struct shef_frame_part *part);
+
 /* How many bytes the pixels take; 0 if sizes, format or row length are impossible. */
 uint32_t shef_frame_bytes(const struct shef_frame_info *info);
 

@@ -244,10 +244,7 @@ static void give_up_waiting(struct shef_stereo_stage *stage)
 
 static bool is_usable(const struct shef_stereo_stage *stage, const struct shef_frame_info *info)
 {
-    const struct shef_calibrated_camera *camera = &stage->params.source->calibration.frame;
-
-    return info->status == 0 && (int32_t)info->width_px == camera->width_px &&
-           (int32_t)info->height_px == camera->height_px;
+    return shef_frame_is_usable(info, shef_recorded_frames_format(stage->params.source->frames));
 }
 
 static void use_frame(struct shef_stereo_stage *stage, const struct shef_frame_item *item)

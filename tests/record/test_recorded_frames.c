@@ -377,6 +377,29 @@ static void test_impossible_frames_are_refused_with_a_sentence(void)
     TEST_ASSERT_EQUAL(SHEF_OK, shef_recording_writer_close(&recording, false, NULL, NULL, &err));
 }
 
+/* Rows of one bit a pixel are shorter than who goes by the part's format would read. */
+static void test_frames_of_another_size_or_format_are_not_usable(void)
+{
+    const struct shef_frame_part part = { WIDTH_PX, HEIGHT_PX, SHEF_PFNC_MONO8 };
+    const struct shef_frame_info good = { .width_px = WIDTH_PX,
+                                          .height_px = HEIGHT_PX,
+                                          .pixel_format = SHEF_PFNC_MONO8 };
+    struct shef_frame_info info = good;
+
+    TEST_ASSERT_TRUE(shef_frame_is_usable(&info, &part));
+    info.status = 1;
+    TEST_ASSERT_FALSE(shef_frame_is_usable(&info, &part));
+    info = good;
+    info.width_px--;
+    TEST_ASSERT_FALSE(shef_frame_is_usable(&info, &part));
+    info = good;
+    info.height_px++;
+    TEST_ASSERT_FALSE(shef_frame_is_usable(&info, &part));
+    info = good;
+    info.pixel_format = 0x01010037; /* Mono1p */
+    TEST_ASSERT_FALSE(shef_frame_is_usable(&info, &part));
+}
+
 static void test_verify_checks_frames_too(void)
 {
     static struct shef_verify_report report;
@@ -406,6 +429,7 @@ int main(void)
     RUN_TEST(test_wrong_checksums_of_compressed_frames_are_not_believed);
     RUN_TEST(test_what_is_not_there_is_said);
     RUN_TEST(test_impossible_frames_are_refused_with_a_sentence);
+    RUN_TEST(test_frames_of_another_size_or_format_are_not_usable);
     RUN_TEST(test_verify_checks_frames_too);
     return UNITY_END();
 }

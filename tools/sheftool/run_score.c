@@ -147,6 +147,23 @@ static enum shef_err create_pictures(struct shef_run_scorer *scorer, struct shef
     return code;
 }
 
+/* The true left view is made of the recording's frames. */
+static enum shef_err check_size(const struct shef_run_scorer *scorer, const char *recording,
+                                struct shef_error *err)
+{
+    const struct shef_frame_part *frames = shef_recorded_frames_format(scorer->frames);
+    const struct shef_rectification *left = &scorer->truth.left;
+
+    if ((int32_t)frames->width_px == left->sensor_width_px &&
+        (int32_t)frames->height_px == left->sensor_height_px)
+        return SHEF_OK;
+    return shef_fail(err, SHEF_ERR_INVALID,
+                     "'%s' has frames of %u x %u px, but its truth is for %d x %d px: it belongs "
+                     "to another recording",
+                     recording, frames->width_px, frames->height_px, left->sensor_width_px,
+                     left->sensor_height_px);
+}
+
 enum shef_err shef_run_scorer_open(struct shef_run_scorer **out_scorer, const char *recording,
                                    const struct shef_calibration *calibration, const char *profile,
                                    struct shef_error *err)
@@ -167,6 +184,8 @@ enum shef_err shef_run_scorer_open(struct shef_run_scorer **out_scorer, const ch
                          recording, scorer->truth.profile, profile, scorer->truth.profile);
     if (code == SHEF_OK)
         code = shef_recorded_frames_open(recording, &scorer->frames, err);
+    if (code == SHEF_OK)
+        code = check_size(scorer, recording, err);
     if (code == SHEF_OK)
         code =
             shef_rectification_pair(calibration, profile, &own, &right, &scorer->baseline_m, err);
@@ -306,6 +325,9 @@ enum shef_err shef_run_scorer_load(struct shef_run_scorer *scorer, uint64_t numb
 
     if (code == SHEF_OK)
         code = shef_recorded_frames_read(scorer->frames, index, &frame, err);
+    if (code == SHEF_OK &&
+        !shef_frame_is_usable(&frame.info, shef_recorded_frames_format(scorer->frames)))
+        code = shef_fail(err, SHEF_ERR_FORMAT, "frame %" PRIu64 " is incomplete", number);
     if (code != SHEF_OK)
         return code;
 
