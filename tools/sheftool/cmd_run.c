@@ -170,13 +170,19 @@ static void print_summary(struct job *job)
 {
     const struct shef_run_counts counts = shef_run_counts(job->run);
     const struct shef_timing_summary total = shef_timings_summary(&job->total);
-    const char *note;
 
     printf("%u of %u frames, mode %s, profile %s: %s\n", counts.n_processed, counts.n_frames,
            shef_depth_mode_name((enum shef_depth_mode)job->settings->mode),
            shef_run_profile(job->run), job->folder.final);
     printf("%.2f ms a frame (median; p95 %.2f), events and files not counted\n", total.median_ms,
            total.p95_ms);
+}
+
+/* Also where the run failed: they may say why. */
+static void print_notes(const struct job *job)
+{
+    const char *note;
+
     for (int i = 0; (note = shef_run_note(job->run, i)); i++)
         fprintf(stderr, "note: %s\n", note);
 }
@@ -208,6 +214,7 @@ static enum shef_err run_and_write(struct job *job, struct shef_error *err)
     shef_progress_begin(&job->progress, "frames", shef_run_n_frames(job->run));
     code = shef_run_all(job->run, use_frame, job, err);
     shef_progress_end(&job->progress);
+    print_notes(job);
     if (code != SHEF_OK)
         return code;
 

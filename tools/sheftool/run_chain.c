@@ -126,6 +126,11 @@ static enum shef_err open_robot(struct shef_run *run, struct shef_error *err)
         add_note(run, "no poses were recorded: the direction of motion is found from the pictures");
         return SHEF_OK;
     }
+    if (code == SHEF_OK && !run->clock.is_known && settings->needs_robot)
+        return shef_fail(err, SHEF_ERR_NOT_FOUND,
+                         "'%s': the events' index does not say when they arrived, so poses cannot "
+                         "be joined; run without --robot",
+                         settings->recording);
     if (code == SHEF_OK && !run->clock.is_known) {
         add_note(run, "the events' index does not say when they arrived: poses cannot be joined");
         shef_pose_track_free(&run->poses);
@@ -298,8 +303,7 @@ static enum shef_err process(struct shef_run *run, const struct shef_pairing_res
         .snapshot = snapshot,
     };
 
-    if (frame.info.status != 0 || (int32_t)frame.info.width_px != run->calibration.frame.width_px ||
-        (int32_t)frame.info.height_px != run->calibration.frame.height_px) {
+    if (!shef_frame_is_usable(&frame.info, shef_recorded_frames_format(run->frames))) {
         run->counts.n_damaged++;
         return SHEF_OK;
     }
