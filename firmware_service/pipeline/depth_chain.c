@@ -241,8 +241,10 @@ void shef_depth_chain_process(struct shef_depth_chain *chain, const struct shef_
     const int64_t found = now_ns();
 
     chain->used = possible_mode(chain, &local);
-    if (!depth_modes[chain->used].needs_past)
+    if (!depth_modes[chain->used].needs_past) {
         local.span_frames = 0;
+        local.span_ns = 0;
+    }
     shef_workers_run(chain->workers, side_task, chain, 2);
     set_pairs(chain);
     const int64_t pictured = now_ns();

@@ -85,7 +85,7 @@ struct shef_depth_params {
     int32_t max_disparity_px;      /* of the profile; 0: 47 for wide, 110 for paper */
     double lag_px;                 /* in px of the event sensor, 0..8 */
     double travel_m;               /* of a temporal pair, 0.001..0.1 */
-    double least_speed_m_s;        /* below this the camera counts as standing */
+    double least_speed_m_s;        /* below this the camera counts as standing, 1e-6..1 */
     bool searches_flow;            /* where no velocity is given */
     bool align_auto;               /* measures and takes out a vertical residual */
     bool smooths_in_time;          /* the previous pair's result as a prior */
@@ -195,10 +195,10 @@ struct shef_depth_report {
     double direction[3]; /* of the camera's motion, length 1; zero: not known */
     double flow_margin;  /* of a search */
     int32_t span_frames; /* of the temporal pair; 0: none */
-    int64_t span_ns;
-    int64_t t_err_ns; /* of the snapshot */
-    int64_t n_edges;  /* frame-edge pixels */
-    int64_t n_depths; /* with depth */
+    int64_t span_ns;     /* the same */
+    int64_t t_err_ns;    /* of the snapshot */
+    int64_t n_edges;     /* frame-edge pixels */
+    int64_t n_depths;    /* with depth */
     int64_t stage_ns[SHEF_DEPTH_N_STAGES];
     struct shef_robust_report match; /* of robust modes */
 };

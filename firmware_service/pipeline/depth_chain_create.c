@@ -50,6 +50,10 @@ static enum shef_err check(const struct shef_depth_params *params, struct shef_e
     if (params->max_disparity_px < 0 || params->max_disparity_px > 256)
         return shef_fail(err, SHEF_ERR_INVALID, "depth: disparities up to %d px, must be 16 to 256",
                          params->max_disparity_px);
+    if (!(params->least_speed_m_s >= 1e-6 && params->least_speed_m_s <= 1))
+        return shef_fail(err, SHEF_ERR_INVALID,
+                         "depth: a camera stands below %g m/s, must be 1e-6 to 1",
+                         params->least_speed_m_s);
     if (params->mode >= SHEF_DEPTH_N_MODES)
         return shef_fail(err, SHEF_ERR_INVALID, "depth: there is no mode %d", (int)params->mode);
     return SHEF_OK;

@@ -171,6 +171,17 @@ static void test_what_a_mode_lacks_is_replaced_and_said(void)
     shef_depth_chain_destroy(chain);
 }
 
+static void test_a_mode_without_a_temporal_pair_reports_no_span(void)
+{
+    struct shef_depth_chain *chain = create_plain(SHEF_DEPTH_GRADED);
+    const struct shef_depth_report report = depth_rig_process_all(&rig, chain, true, &output);
+
+    TEST_ASSERT_EQUAL(SHEF_DEPTH_GRADED, report.mode);
+    TEST_ASSERT_EQUAL_INT32(0, report.span_frames);
+    TEST_ASSERT_EQUAL_INT64(0, report.span_ns);
+    shef_depth_chain_destroy(chain);
+}
+
 static void test_slow_motion_makes_temporal_pairs_span_more_frames(void)
 {
     struct shef_depth_chain *chain = create_plain(SHEF_DEPTH_TEMPORAL);
@@ -325,6 +336,7 @@ int main(void)
     RUN_TEST(test_workers_and_instruction_sets_do_not_show);
     RUN_TEST(test_the_direction_is_found_where_nobody_tells_it);
     RUN_TEST(test_what_a_mode_lacks_is_replaced_and_said);
+    RUN_TEST(test_a_mode_without_a_temporal_pair_reports_no_span);
     RUN_TEST(test_slow_motion_makes_temporal_pairs_span_more_frames);
     RUN_TEST(test_work_is_shed_as_told_and_reported);
     RUN_TEST(test_only_listed_modes_can_be_chosen);
