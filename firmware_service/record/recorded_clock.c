@@ -66,7 +66,7 @@ enum shef_err shef_recorded_clock_read(const char *recording, struct shef_record
 
     if (summary->has_blocks) {
         const int64_t first_us = summary->first.last_us;
-        const int64_t span_us = summary->last.last_us - first_us + 1;
+        const double span_us = (double)summary->last.last_us - (double)first_us + 1;
 
         clock.starts_whole = summary->first.number == 0 && summary->first.n_lost_before == 0;
         clock.event.ns = first_us * SHEF_NS_PER_US;
@@ -74,13 +74,18 @@ enum shef_err shef_recorded_clock_read(const char *recording, struct shef_record
         clock.first_arrived = summary->first.arrived;
         clock.last_arrived = summary->last.arrived;
         while ((code = shef_block_reader_next(reader, NULL, &block, err)) == SHEF_OK) {
-            const double event_ns = (double)(block.record.last_us * SHEF_NS_PER_US);
-            const double delay_ns = (double)(block.record.arrived.ns) - event_ns;
-            const int64_t i = (block.record.last_us - first_us) * N_STRETCHES / span_us;
+            const double since_us = (double)block.record.last_us - (double)first_us;
+            const double event_ns = (double)block.record.last_us * SHEF_NS_PER_US;
+            const double delay_ns = (double)block.record.arrived.ns - event_ns;
 
-            if (i < 0 || i >= N_STRETCHES || (at[i].is_set && at[i].delay_ns <= delay_ns))
+            /* Where event time has been set back, what lies outside tells nothing. */
+            if (since_us < 0 || since_us >= span_us)
                 continue;
-            at[i] = (struct soonest){ true, event_ns, delay_ns };
+
+            struct soonest *soonest = &at[(int)(since_us / span_us * N_STRETCHES)];
+
+            if (!soonest->is_set || delay_ns < soonest->delay_ns)
+                *soonest = (struct soonest){ true, event_ns, delay_ns };
         }
         if (at[0].is_set)
             fit_line(at, &clock);
