@@ -61,9 +61,12 @@ static enum shef_err announce_until(struct rendering *r, int64_t t_ns, struct sh
     return code;
 }
 
-static enum shef_err export(struct rendering *r, int64_t event_ns, struct shef_error *err) {
-    if (!r->images) return SHEF_OK;
-    if (r->config->export_log) sim_event_sensor_log(r->rig->event_sensor, r->rig->event_light);
+static enum shef_err export_image(struct rendering *r, int64_t event_ns, struct shef_error *err)
+{
+    if (!r->images)
+        return SHEF_OK;
+    if (r->config->export_log)
+        sim_event_sensor_log(r->rig->event_sensor, r->rig->event_light);
     return sim_rig_images_add(r->images, event_ns, r->rig->event_light, err);
 }
 
@@ -81,7 +84,7 @@ static enum shef_err step_events(struct rendering *r, int64_t t_ns, struct lap *
     code = sim_event_sensor_step(rig->event_sensor, event_ns, rig->event_light, &events, err);
     lap(time, &r->report->events_sensor_s);
     if (code == SHEF_OK)
-        code = export(r, event_ns, err);
+        code = export_image(r, event_ns, err);
     if (code == SHEF_OK && r->recording)
         code = sim_rig_recording_events(r->recording, &events, err);
     lap(time, &r->report->events_write_s);
