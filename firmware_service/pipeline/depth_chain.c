@@ -175,20 +175,8 @@ static void match(struct shef_depth_chain *chain, const struct shef_depth_output
     if (output->dense_disparity.data)
         report->shed |= chain->shed & SHEF_DEPTH_SHED_DENSE;
     report->shed |= chain->shed & SHEF_DEPTH_SHED_HALF_RANGE;
-    for (int32_t y = 0; y < chain->geometry.height_px; y++) {
-        const float *disparity = shef_row_f32(to.dense_disparity, y);
-        const float *confidence = shef_row_f32(to.dense_confidence, y);
-        float *out_disparity = shef_row_f32(output->disparity, y);
-        float *out_confidence = shef_row_f32(output->confidence, y);
-
-        shef_edge_map_row(&chain->edges, y, chain->edge_row);
-        for (int32_t x = 0; x < chain->geometry.width_px; x++) {
-            const bool is_edge = chain->edge_row[x] != 0 && disparity[x] > 0;
-
-            out_disparity[x] = is_edge ? disparity[x] : 0;
-            out_confidence[x] = is_edge ? confidence[x] : 0;
-        }
-    }
+    chain->everywhere = to.dense_disparity;
+    chain->how_sure = to.dense_confidence;
 }
 
 static void match_paper(struct shef_depth_chain *chain, const struct shef_depth_output *output,
@@ -200,31 +188,44 @@ static void match_paper(struct shef_depth_chain *chain, const struct shef_depth_
     assert(code == SHEF_OK);
     (void)code;
     report->flags |= SHEF_DEPTH_NO_CONFIDENCE;
-    for (int32_t y = 0; y < chain->geometry.height_px; y++) {
-        const float *disparity = shef_row_f32(output->disparity, y);
-        float *confidence = shef_row_f32(output->confidence, y);
-
-        for (int32_t x = 0; x < chain->geometry.width_px; x++)
-            confidence[x] = disparity[x] > 0 ? 1 : 0;
-    }
+    chain->everywhere.data = NULL;
 }
 
-static void convert(struct shef_depth_chain *chain, const struct shef_depth_output *output,
-                    struct shef_depth_report *report)
+/* What is at the frame's edges in one row: disparity and confidence, depth and sigma. */
+static int64_t finish_row(const struct shef_depth_chain *chain, int32_t y, int8_t *edge_row)
 {
+    const struct shef_depth_output *output = chain->output;
     const double velocity = chain->input->has_velocity ? chain->input->velocity_m_s[0] : 0;
+    const int32_t width = chain->geometry.width_px;
+    float *disparity = shef_row_f32(output->disparity, y);
+    float *confidence = shef_row_f32(output->confidence, y);
+    int32_t n = 0;
 
-    for (int32_t y = 0; y < chain->geometry.height_px; y++) {
-        const float *disparity = shef_row_f32(output->disparity, y);
-        int32_t n = 0;
-
-        shef_depth_row(&chain->model, disparity, shef_row_f32(output->confidence, y),
-                       chain->geometry.width_px, velocity, shef_row_f32(output->depth_m, y),
-                       shef_row_f32(output->sigma_m, y));
-        for (int32_t x = 0; x < chain->geometry.width_px; x++)
-            n += disparity[x] > 0;
-        report->n_depths += n;
+    if (chain->everywhere.data) {
+        shef_edge_map_row(&chain->edges, y, edge_row);
+        chain->rows->keep_edges(edge_row, shef_row_f32(chain->everywhere, y), width, disparity);
+        chain->rows->keep_edges(edge_row, shef_row_f32(chain->how_sure, y), width, confidence);
+    } else {
+        for (int32_t x = 0; x < width; x++)
+            confidence[x] = disparity[x] > 0 ? 1 : 0;
     }
+    shef_depth_row(&chain->model, disparity, confidence, width, velocity,
+                   shef_row_f32(output->depth_m, y), shef_row_f32(output->sigma_m, y));
+    for (int32_t x = 0; x < width; x++)
+        n += disparity[x] > 0;
+    return n;
+}
+
+static void finish_task(void *context, int32_t band, int32_t worker)
+{
+    struct shef_depth_chain *chain = context;
+    const int32_t height = chain->geometry.height_px;
+    int8_t *edge_row = chain->edge_rows + (ptrdiff_t)band * chain->geometry.width_px;
+
+    (void)worker;
+    chain->n_depths[band] = 0;
+    for (int32_t y = band * height / N_BANDS; y < (band + 1) * height / N_BANDS; y++)
+        chain->n_depths[band] += finish_row(chain, y, edge_row);
 }
 
 void shef_depth_chain_process(struct shef_depth_chain *chain, const struct shef_depth_input *input,
@@ -255,7 +256,10 @@ void shef_depth_chain_process(struct shef_depth_chain *chain, const struct shef_
         match(chain, output, &local);
     const int64_t matched = now_ns();
 
-    convert(chain, output, &local);
+    chain->output = output;
+    shef_workers_run(chain->workers, finish_task, chain, N_BANDS);
+    for (int i = 0; i < N_BANDS; i++)
+        local.n_depths += chain->n_depths[i];
     local.mode = chain->used;
     memcpy(local.direction, chain->direction, sizeof local.direction);
     local.n_edges = shef_edge_map_count(&chain->edges);

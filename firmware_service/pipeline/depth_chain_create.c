@@ -281,8 +281,9 @@ enum shef_err shef_depth_chain_create(struct shef_depth_chain **out_chain,
     if (code == SHEF_OK)
         code = create_matchers(chain, cpu_features, err);
     if (code == SHEF_OK) {
-        chain->edge_row = shef_memory_create((size_t)chain->geometry.width_px, 1);
-        if (!chain->edge_row)
+        chain->rows = shef_rows_pick(cpu_features);
+        chain->edge_rows = shef_memory_create((size_t)chain->geometry.width_px, N_BANDS);
+        if (!chain->edge_rows)
             code = shef_fail(err, SHEF_ERR_NO_MEMORY, "depth: out of memory");
     }
     chain->params.profile = NULL;
@@ -320,7 +321,7 @@ void shef_depth_chain_destroy(struct shef_depth_chain *chain)
     shef_warp_map_destroy(&chain->map);
     shef_frame_edges_destroy(chain->frame_edges);
     shef_frame_rectify_destroy(chain->rectify);
-    free(chain->edge_row);
+    free(chain->edge_rows);
     free(chain);
 }
 

@@ -12,12 +12,14 @@
 #include "pipeline/event_edges.h"
 #include "pipeline/flow_search.h"
 #include "pipeline/frame_edges.h"
+#include "pipeline/kernels/rows.h"
 #include "pipeline/paper.h"
 #include "pipeline/warp.h"
 
 #define N_KINDS   3 /* of edge maps */
 #define N_PAPER   2 /* D_s and D_p */
 #define N_SCRATCH 4
+#define N_BANDS   16 /* of rows, for the workers */
 
 /* What a mode is made of. */
 struct depth_mode {
@@ -53,7 +55,8 @@ struct shef_depth_chain {
     struct shef_edge_map graded_left[2]; /* along the flow, temporal */
     struct shef_edge_map graded_right[2];
     struct shef_image_f32 scratch[N_SCRATCH]; /* what the caller does not want */
-    int8_t *edge_row;
+    const struct shef_row_kernels *rows;
+    int8_t *edge_rows; /* one a band */
     size_t memory_bytes;
 
     /* State between frames. */
@@ -71,6 +74,10 @@ struct shef_depth_chain {
     enum shef_depth_mode used;
     struct shef_edge_pair pairs[2];
     int32_t n_pairs;
+    const struct shef_depth_output *output;
+    struct shef_image_f32 everywhere; /* disparities; data NULL: output has them at edges */
+    struct shef_image_f32 how_sure;   /* their confidences */
+    int64_t n_depths[N_BANDS];
 };
 
 /* Finds out where the camera moves to, and which earlier frame makes the temporal pair: direction,
