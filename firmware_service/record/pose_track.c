@@ -38,17 +38,18 @@ static void fill_speeds(struct shef_pose_track *poses)
     }
 }
 
-/* The robot's own clock has no jitter of arrival: times follow it, held by the soonest arrivals. */
-static void smooth_times(struct shef_pose_track *poses, const int64_t *robot_ns)
+/* The robot's own clock has no jitter of arrival: times follow it, held by the soonest arrivals.
+ *   first  where the clock began anew; it runs on from there to the end */
+static void smooth_times(struct shef_pose_track *poses, size_t first, const int64_t *robot_ns)
 {
     int64_t least_ns = INT64_MAX;
 
-    for (size_t i = 0; i < poses->n; i++) {
+    for (size_t i = first; i < poses->n; i++) {
         const int64_t delay_ns = poses->poses[i].at.ns - robot_ns[i];
 
         least_ns = delay_ns < least_ns ? delay_ns : least_ns;
     }
-    for (size_t i = 0; i < poses->n; i++)
+    for (size_t i = first; i < poses->n; i++)
         poses->poses[i].at.ns = robot_ns[i] + least_ns;
 }
 
@@ -59,6 +60,7 @@ enum shef_err shef_pose_track_read(const char *recording, int64_t delay_ns,
     struct shef_recorded_pose pose;
     struct shef_pose_track poses = { 0 };
     size_t capacity = 0;
+    size_t first = 0; /* since the controller was started */
     bool has_speed = true;
     int64_t *robot_ns = NULL;
     enum shef_err code = shef_recorded_poses_open(recording, &reader, err);
@@ -79,9 +81,14 @@ enum shef_err shef_pose_track_read(const char *recording, int64_t delay_ns,
                                           .arrived = pose.arrived,
                                           .t_world_hand = pose.t_world_hand };
 
-        /* A clock that steps back: the controller was started again. */
-        if (poses.n > 0 && pose.time.ns <= robot_ns[poses.n - 1])
+        /* Said twice. */
+        if (poses.n > 0 && pose.time.ns == robot_ns[poses.n - 1])
             continue;
+        /* A clock that steps back: the controller was started again. */
+        if (poses.n > 0 && pose.time.ns < robot_ns[poses.n - 1]) {
+            smooth_times(&poses, first, robot_ns);
+            first = poses.n;
+        }
         memcpy(kept.speed, pose.velocity_m_s, sizeof pose.velocity_m_s);
         memcpy(kept.speed + 3, pose.turn_rad_s, sizeof pose.turn_rad_s);
         has_speed = has_speed && pose.has_speed;
@@ -95,7 +102,7 @@ enum shef_err shef_pose_track_read(const char *recording, int64_t delay_ns,
         code = poses.n > 1 ? SHEF_OK
                            : shef_fail(err, SHEF_ERR_NOT_FOUND, "'%s' has no poses", recording);
     if (code == SHEF_OK) {
-        smooth_times(&poses, robot_ns);
+        smooth_times(&poses, first, robot_ns);
         if (!has_speed)
             fill_speeds(&poses);
         *out_poses = poses;
