@@ -29,7 +29,7 @@ extern "C" {
 #define SHEF_RING_FRAMES    8
 #define SHEF_RING_POSES     32
 #define SHEF_RING_SNAPSHOTS 8
-#define SHEF_RING_RESULTS   4
+#define SHEF_RING_RESULTS   8
 
 /* The rings of recorders: a disk may stand still for this many items. */
 #define SHEF_RING_RECORD_EVENTS 256

@@ -1,0 +1,259 @@
+/* What people tell a running service, and what they may get wrong. */
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "calib/calibration.h"
+#include "core/base64.h"
+#include "played.h"
+#include "support/support.h"
+
+static struct shef_service *start_idle(void)
+{
+    struct shef_config config = played_config();
+
+    config.source.recording[0] = '\0';
+    return played_start(&config);
+}
+
+static void end(struct shef_service *service)
+{
+    shef_service_stop(service);
+    shef_service_destroy(service);
+}
+
+static const char *play_words(const char *path, const char *more)
+{
+    static char words[1200];
+
+    snprintf(words, sizeof words, "{\"recording\": \"%s\"%s}", path, more);
+    return words;
+}
+
+static void expect_state(struct shef_service *service, const char *state)
+{
+    json_t *status = played_ask(service, "status", NULL);
+
+    TEST_ASSERT_EQUAL_STRING(state, json_string_value(json_object_get(status, "state")));
+    json_decref(status);
+}
+
+/* Until so many frames have been published since the present source began. */
+static void wait_for_frames(struct shef_service *service, int64_t n)
+{
+    int64_t n_published;
+
+    do {
+        json_t *status = played_ask(service, "status", NULL);
+
+        n_published = played_number(status, "frames.n_published");
+        json_decref(status);
+        usleep(1000);
+    } while (n_published < n);
+}
+
+static void test_a_recording_is_played_and_stopped_and_played_again(void)
+{
+    struct shef_service *service = start_idle();
+
+    expect_state(service, "idle");
+    for (int i = 0; i < 2; i++) {
+        json_decref(
+            played_ask(service, "play", play_words(played_recording(), ", \"pace\": \"fast\"")));
+        wait_for_frames(service, PLAYED_FRAMES - 2);
+        if (i == 0) {
+            json_decref(played_ask(service, "stop", NULL));
+            expect_state(service, "idle");
+        }
+    }
+    /* Without a stop between them. */
+    json_decref(played_ask(service, "play", play_words(played_recording(), ", \"loop\": true")));
+    expect_state(service, "playing");
+    end(service);
+}
+
+static void test_the_mode_changes_while_it_plays(void)
+{
+    struct shef_config config = played_config();
+    struct shef_service *service;
+    int mode = -1;
+
+    config.source.loop = true;
+    service = played_start(&config);
+    wait_for_frames(service, 2);
+    json_decref(played_ask(service, "mode", "{\"name\": \"paper-dp\"}"));
+    while (mode != SHEF_DEPTH_PAPER_DP) {
+        struct shef_result *result = shef_playback_newest(service->playback);
+
+        TEST_ASSERT_NOT_NULL(result);
+        mode = result->mode;
+        shef_result_give(result);
+        usleep(1000);
+    }
+    TEST_ASSERT_EQUAL_STRING(
+        "mode 'fastest': there are paper-ds|paper-dp|unsigned|ternary|graded|temporal|combined",
+        played_refusal(service, "mode", "{\"name\": \"fastest\"}"));
+    end(service);
+}
+
+static void test_a_snapshot_is_a_picture_of_the_newest_frame(void)
+{
+    static const uint8_t png[8] = { 0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n' };
+    struct shef_config config = played_config();
+    struct shef_service *service = played_start(&config);
+    json_t *answer;
+    uint8_t *bytes;
+    size_t n_bytes;
+
+    played_wait(service);
+    answer = played_ask(service, "snapshot", NULL);
+    TEST_ASSERT_EQUAL_INT64(640, played_number(answer, "width_px"));
+    TEST_ASSERT_GREATER_OR_EQUAL_INT64(PLAYED_FRAMES - 3, played_number(answer, "seq"));
+    bytes = shef_base64_decode(json_string_value(json_object_get(answer, "png_base64")), &n_bytes);
+    TEST_ASSERT_NOT_NULL(bytes);
+    TEST_ASSERT_GREATER_THAN_size_t(10000, n_bytes);
+    TEST_ASSERT_EQUAL_MEMORY(png, bytes, sizeof png);
+    free(bytes);
+    json_decref(answer);
+    end(service);
+}
+
+static void test_what_is_recorded_while_playing_can_be_played(void)
+{
+    struct shef_config config = played_config();
+    struct shef_service *service;
+    char path[512];
+    json_t *answer;
+
+    service = played_start(&config);
+    /* The recording shall not be over before the command comes. */
+    atomic_store(&service->live.drag_us, 30000);
+    json_decref(played_ask(service, "record start", "{\"name\": \"again\"}"));
+    TEST_ASSERT_NOT_NULL(
+        strstr(played_refusal(service, "record start", NULL), "is being recorded already"));
+    wait_for_frames(service, PLAYED_FRAMES - 3);
+    answer = played_ask(service, "record stop", NULL);
+    TEST_ASSERT_GREATER_THAN_INT64(10000000, played_number(answer, "n_bytes"));
+    snprintf(path, sizeof path, "%s", json_string_value(json_object_get(answer, "path")));
+    json_decref(answer);
+    TEST_ASSERT_EQUAL_STRING("record stop: nothing is being recorded",
+                             played_refusal(service, "record stop", NULL));
+    answer = played_ask(service, "record list", NULL);
+    TEST_ASSERT_EQUAL_size_t(2, json_array_size(json_object_get(answer, "recordings")));
+    json_decref(answer);
+    end(service);
+
+    snprintf(config.source.recording, sizeof config.source.recording, "%s", path);
+    service = played_start(&config);
+    played_wait(service);
+    played_expect_accounted(service, 0);
+    wait_for_frames(service, 5);
+    end(service);
+}
+
+static void test_mistakes_are_one_sentence_and_harm_nothing(void)
+{
+    struct shef_service *service = start_idle();
+
+    TEST_ASSERT_NOT_NULL(strstr(played_refusal(service, "play", play_words("/no/such/folder", "")),
+                                "/no/such/folder"));
+    TEST_ASSERT_NOT_NULL(
+        strstr(played_refusal(service, "play", play_words("walk-1", "")), "by its full path"));
+    TEST_ASSERT_NOT_NULL(strstr(
+        played_refusal(service, "play", play_words(played_recording(), ", \"pace\": \"slow\"")),
+        "source.pace"));
+    TEST_ASSERT_NOT_NULL(strstr(
+        played_refusal(service, "play", play_words(played_recording(), ", \"loop\": 3")), "loop"));
+    TEST_ASSERT_EQUAL_STRING("stop: nothing is playing", played_refusal(service, "stop", NULL));
+    TEST_ASSERT_NOT_NULL(strstr(played_refusal(service, "snapshot", NULL), "nothing is playing"));
+    TEST_ASSERT_NOT_NULL(
+        strstr(played_refusal(service, "record start", NULL), "there is no source"));
+    expect_state(service, "idle");
+    json_decref(played_ask(service, "play", play_words(played_recording(), "")));
+    TEST_ASSERT_NOT_NULL(
+        strstr(played_refusal(service, "record start", "{\"name\": \"../x\"}"), "hold a slash"));
+    expect_state(service, "playing");
+    end(service);
+}
+
+/* A copy of the recording by links, without its calibration. */
+static void copy_recording(const char *to)
+{
+    char command[4096];
+
+    snprintf(command, sizeof command, "cp -a '%s' '%s' && rm '%s/calibration.yaml'",
+             played_recording(), to, to);
+    TEST_ASSERT_EQUAL_INT(0, system(command));
+}
+
+static void expect_no_service(const struct shef_config *config, const char *words)
+{
+    struct shef_service *service = NULL;
+    struct shef_error err = { 0 };
+
+    TEST_ASSERT_NOT_EQUAL(SHEF_OK, shef_service_create(config, &service, &err));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(err.text, words), err.text);
+}
+
+static void test_a_calibration_that_is_missing_or_of_another_size_is_named(void)
+{
+    struct shef_calibration calibration = shef_calibration_paper_rig();
+    struct shef_config config = played_config();
+    struct shef_error err = { 0 };
+    char folder[512];
+    char other[512];
+
+    snprintf(folder, sizeof folder, "%s", shef_test_temp_path("uncalibrated"));
+    snprintf(other, sizeof other, "%s", shef_test_temp_path("other.yaml"));
+    copy_recording(folder);
+    snprintf(config.source.recording, sizeof config.source.recording, "%s", folder);
+    expect_no_service(&config, "it has no calibration.yaml, without which there is no depth");
+
+    calibration.frame.width_px = 1024;
+    TEST_ASSERT_EQUAL_MESSAGE(SHEF_OK, shef_calibration_write(other, &calibration, &err), err.text);
+    snprintf(config.calibration.file, sizeof config.calibration.file, "%s", other);
+    expect_no_service(&config, "it has frames of 2048 x 1536 px, but the calibration is for 1024");
+}
+
+static void test_a_recording_cut_short_is_played_and_named(void)
+{
+    struct shef_config config = played_config();
+    struct shef_service *service;
+    char command[4096];
+    char folder[512];
+    json_t *status;
+
+    snprintf(folder, sizeof folder, "%s", shef_test_temp_path("cut"));
+    snprintf(command, sizeof command,
+             "cp -a '%s' '%s' && cd '%s' && for f in frames/*.blk events/*.raw; do "
+             "truncate -s $(($(stat -c %%s $f) * 6 / 10)) $f; done && "
+             "sed -i 's/\"closed\"/\"recording\"/' manifest.json",
+             played_recording(), folder, folder);
+    TEST_ASSERT_EQUAL_INT(0, system(command));
+    snprintf(config.source.recording, sizeof config.source.recording, "%s", folder);
+    service = played_start(&config);
+    played_wait(service);
+    played_expect_accounted(service, 0);
+    status = played_ask(service, "status", NULL);
+    TEST_ASSERT_GREATER_THAN_INT64(0, played_number(status, "frames.n_published"));
+    TEST_ASSERT_NOT_NULL(strstr(
+        json_string_value(json_array_get(json_object_get(status, "warnings"), 0)), "cut short"));
+    json_decref(status);
+    end(service);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_recording_is_played_and_stopped_and_played_again);
+    RUN_TEST(test_the_mode_changes_while_it_plays);
+    RUN_TEST(test_a_snapshot_is_a_picture_of_the_newest_frame);
+    RUN_TEST(test_what_is_recorded_while_playing_can_be_played);
+    RUN_TEST(test_mistakes_are_one_sentence_and_harm_nothing);
+    RUN_TEST(test_a_calibration_that_is_missing_or_of_another_size_is_named);
+    RUN_TEST(test_a_recording_cut_short_is_played_and_named);
+    return UNITY_END();
+}
