@@ -129,13 +129,13 @@ def add_sweeps(plan, quick):
                            COMPARED)
         recording = plan.variant(scene, 0.35, "day", 0)
         plan.study(recording, "misalignment", "base", COMPARED)
-        plan.study(recording, "misalignment", "aligned", COMPARED, "--align")
+        plan.study(recording, "misalignment", "unaligned", COMPARED, "--no-align")
         for factor, (option, unit, values) in WRONG.items():
             for value in values[1::2] if quick else values:
-                for is_aligned in (False, True):
-                    tag = f"{factor}-{value:g}{unit}{'-aligned' * is_aligned}"
+                for is_aligned in (True, False):
+                    tag = f"{factor}-{value:g}{unit}{'' if is_aligned else '-unaligned'}"
                     plan.study(recording, "misalignment", tag, COMPARED,
-                               "--align" * is_aligned, factor=factor, value=value,
+                               "" if is_aligned else "--no-align", factor=factor, value=value,
                                aligned=is_aligned,
                                wrong=f"--scene simple_boxes --seed {recording['seed']}"
                                      f" --seconds 0.02 {option} {value:g}")

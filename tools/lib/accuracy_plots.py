@@ -64,7 +64,8 @@ class Panel:
         for tick in nice_ticks(self.low, self.high):
             y = self.y(tick)
             colour = "#888888" if tick == 0 and self.low < 0 else GRID
-            parts.append(f"<line x1='0' y1='{y:.1f}' x2='{PANEL_W}' y2='{y:.1f}' stroke='{colour}'/>")
+            parts.append(f"<line x1='0' y1='{y:.1f}' x2='{PANEL_W}' y2='{y:.1f}'"
+                         f" stroke='{colour}'/>")
             parts.append(text(-6, y + 4, f"{tick:g}", 11, "end"))
         ticks = range(len(self.names)) if self.names else self.xs
         last = -math.inf

@@ -13,6 +13,7 @@ BASELINE_M = 0.06544
 ERROR = "median depth error, %"
 BAD = "bad-1, %"
 BIAS = "bias, % of depth"
+PANELS = (("depth", "Depth error", ERROR), ("bad_1", "Outliers", BAD))
 
 
 def series(label, points, mode=None, colour=None, dash=None, is_law=False):
@@ -32,7 +33,7 @@ def by_mode(results, key, points, modes=COMPARED):
 def two_panels(results, points, x_label, x_log=False, names=None, bars=False, modes=COMPARED):
     return [plots.Panel(title, x_label, y_label, by_mode(results, key, points, modes), x_log=x_log,
                         names=names, bars=bars)
-            for key, title, y_label in (("depth", "Depth error", ERROR), ("bad_1", "Outliers", BAD))]
+            for key, title, y_label in PANELS]
 
 
 def plot_modes(results):
@@ -46,7 +47,7 @@ def plot_modes(results):
 
 def plot_speed(results):
     panels = []
-    for key, title, label in (("depth", "Depth error", ERROR), ("bad_1", "Outliers", BAD)):
+    for key, title, label in PANELS:
         shown = []
         for light, dash in zip(LIGHTS, (None, "5 4")):
             points = [(v, results.select("speed", speed=v, light=light)) for v in SPEEDS]
@@ -65,7 +66,8 @@ def plot_threshold(results):
     points = [(v, results.select("threshold", threshold=v, speed=0.10)) for v in THRESHOLDS]
     panels.append(plots.Panel("0.10 m/s", "contrast threshold, ln units", BAD,
                               by_mode(results, "bad_1", points)))
-    return ("Contrast threshold of the event camera", panels) if results.select("threshold") else None
+    title = "Contrast threshold of the event camera"
+    return (title, panels) if results.select("threshold") else None
 
 
 def plot_noise(results):
@@ -81,10 +83,11 @@ def plot_misalignment(results):
     panels = []
     for factor, (_, unit, values) in WRONG.items():
         shown = []
-        for aligned, dash in ((False, None), (True, "5 4")):
+        for aligned, dash in ((True, None), (False, "5 4")):
             points = [(v, tables.misaligned(results, factor, v, aligned)) for v in (0,) + values]
-            shown += [series(mode + ", --align" * aligned, curve(results, mode, "depth", points),
-                             mode, dash=dash) for mode in ("unsigned", "combined")]
+            shown += [series(mode + ("" if aligned else ", --no-align"),
+                             curve(results, mode, "depth", points), mode, dash=dash)
+                      for mode in ("unsigned", "combined")]
         panels.append(plots.Panel(f"Event camera: {factor}", f"wrong by, {unit}", ERROR, shown))
     return ("Wrong calibration, 0.35 m/s", panels) if results.select("misalignment") else None
 

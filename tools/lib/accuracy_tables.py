@@ -1,5 +1,5 @@
-"""The tables of docs/accuracy.md, as Markdown. Each function returns one, or None where nothing that
-it needs was measured."""
+"""The tables of docs/accuracy.md, as Markdown. Each function returns one, or None where nothing
+that it needs was measured."""
 
 import math
 
@@ -202,7 +202,7 @@ def noise(results):
 
 def misaligned(results, factor, value, aligned):
     if value == 0:
-        return results.select("misalignment", tag="aligned" if aligned else "base")
+        return results.select("misalignment", tag="base" if aligned else "unaligned")
     return results.select("misalignment", factor=factor, value=value, aligned=aligned)
 
 
@@ -210,14 +210,14 @@ def misalignment(results):
     rows = []
     for factor, (_, unit, values) in WRONG.items():
         for value in (0,) + values:
-            plain = misaligned(results, factor, value, False)
-            aligned = misaligned(results, factor, value, True)
-            if plain:
+            studies = misaligned(results, factor, value, True)
+            unaligned = misaligned(results, factor, value, False)
+            if studies:
                 rows.append([factor, f"{value:g} {unit}"]
-                            + [pair(results.pool(plain, mode)) for mode in COMPARED]
-                            + [pair(results.pool(aligned, BEST)),
-                               number(results.pool(plain, BEST)["bias"], sign=True)])
-    return table(["wrong", "by"] + list(COMPARED) + [f"{BEST}, `--align`", "bias %"],
+                            + [pair(results.pool(studies, mode)) for mode in COMPARED]
+                            + [pair(results.pool(unaligned, BEST)),
+                               number(results.pool(studies, BEST)["bias"], sign=True)])
+    return table(["wrong", "by"] + list(COMPARED) + [f"{BEST}, `--no-align`", "bias %"],
                  rows) if rows else None
 
 
