@@ -13,10 +13,10 @@ SCENES = ("simple_boxes", "complex_boxes", "picnic", "low_contrast")
 SWEPT = ("simple_boxes", "complex_boxes", "low_contrast")
 LIGHTS = ("day", "night")
 # Parts of the arm's paths: name, where on it, tilt of its plane in degrees.
-VARIANTS = (("circle", 0.10, 20), ("square", 0.65, 0), ("lissajous-b", 0.85, 0))
+VARIANTS = (("circle", 0.10, 20), ("square", 0.65, 0))
 DIRECTIONS = ("left", "right", "up", "down")
 SPEEDS = (0.03, 0.06, 0.10, 0.18, 0.35)
-THRESHOLDS = (0.15, 0.20, 0.30, 0.40, 0.50)
+THRESHOLDS = (0.15, 0.20, 0.30, 0.50)
 NOISES = ("clean", "typical", "hard")
 DELAYS_MS = (0, 1, 2, 3, 5)
 WRONG = {  # the option of shefsim render, unit, values; 0 is the calibration as it is
