@@ -26,6 +26,17 @@ def table(header, rows):
     return "\n".join(lines + ["| " + " | ".join(str(cell) for cell in row) + " |" for row in rows])
 
 
+def measured(results):
+    """What the figures are of."""
+    names = {study["name"] for study in results.studies}
+    parts = {study["path"] for study in results.select("table")}
+    swept = [scene for scene in SCENES if results.select("threshold", scene=scene)]
+    return (f"Measured on {len(names)} recordings: the modes on {len(SCENES)} scenes and"
+            f" {len(parts)} {'part' if len(parts) == 1 else 'parts'} of the arm's path for each"
+            " speed and light, threshold, noise, calibration and the first frames on "
+            + ", ".join(f"`{scene}`" for scene in swept) + ".")
+
+
 def _limit(measured, required, reach=None):
     """How a figure that should be small compares: required, reach for, measured, verdict."""
     verdict = ("**missed**" if not measured <= required
@@ -235,18 +246,20 @@ def timing(results):
 
 
 def start(results):
+    speeds = [at for at in (0.10, 0.35) if results.select("start", speed=at)]
     rows = []
     for frame in START_FRAMES:
         cells = [f"{frame}"]
-        for at in (0.10, 0.35):
-            studies = results.select("start", speed=at, frame=frame)
-            figures = results.pool(studies, BEST)
+        for at in speeds:
+            figures = results.pool(results.select("start", speed=at, frame=frame), BEST)
             cells += [pair(figures), number(figures["bias"], sign=True)]
         rows.append(cells)
-    return (table(["frame", "0.10 m/s", "bias %", "0.35 m/s", "bias %"], rows)
-            if results.select("start") else None)
+    header = ["frame"]
+    for at in speeds:
+        header += [f"{at:.2f} m/s", "bias %"]
+    return table(header, rows) if speeds else None
 
 
-ALL = {"requirements": requirements, "modes": modes, "scenes": scenes, "slow": slow,
-       "directions": directions, "searched": searched, "speed": speed, "threshold": threshold,
-       "noise": noise, "misalignment": misalignment, "timing": timing, "start": start}
+ALL = {make.__name__: make for make in (
+    measured, requirements, modes, scenes, slow, directions, searched, speed, threshold, noise,
+    misalignment, timing, start)}
