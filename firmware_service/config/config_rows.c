@@ -54,7 +54,7 @@ const struct shef_config_row shef_config_rows[] = {
     WORD("calibration.profile", calibration.profile, "wide", "wide|paper",
          "rectified view: wide f = 555 px, the whole event view; paper f = 1301 px, a crop"),
 
-    WORD("depth.mode", depth.mode, "graded",
+    WORD("depth.mode", depth.mode, "temporal",
          "paper-ds|paper-dp|unsigned|ternary|graded|temporal|combined",
          "what is matched and how; 'shefctl mode' changes it live", LIVE),
     INT("depth.max_disparity_px", depth.max_disparity_px, "47", 16, 256, "px",
