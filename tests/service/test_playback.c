@@ -162,11 +162,16 @@ static void test_a_slow_chain_sheds_work_and_says_so(void)
     do {
         usleep(20000);
         status = played_ask(service, "status", NULL);
-        if (played_number(status, "frames.lost_by.shed") >= 10)
+        if (played_number(status, "frames.n_in") >= 8 * PLAYED_FRAMES)
             break;
         json_decref(status);
     } while (true);
+    TEST_ASSERT_GREATER_OR_EQUAL_INT64(PLAYED_FRAMES, played_number(status, "frames.n_lost"));
+#ifndef __SANITIZE_THREAD__
+    /* Under the sanitizer frames get lost earlier, for want of buffers. */
+    TEST_ASSERT_GREATER_OR_EQUAL_INT64(10, played_number(status, "frames.lost_by.shed"));
     TEST_ASSERT_GREATER_THAN_INT64(0, played_number(status, "frames.shed_by.dense"));
+#endif
     TEST_ASSERT_GREATER_OR_EQUAL_INT64(played_number(status, "frames.shed_by.range"),
                                        played_number(status, "frames.shed_by.full_grid"));
     TEST_ASSERT_GREATER_OR_EQUAL_INT64(played_number(status, "frames.shed_by.full_grid"),
