@@ -1,53 +1,14 @@
-/* Memory is allocated by create() alone: neither feeding events nor making maps takes any.
- *
- * Allocations are counted by functions of this file in place of the C library's; a sanitizer has
- * its own, and then there is nothing to count. */
+/* Memory is allocated by create() alone: neither feeding events nor making maps takes any. */
 #include <stdlib.h>
 
 #include "core/cpu.h"
 #include "filter_model.h"
 #include "pipeline/event_edges.h"
 #include "pipeline/snapshot.h"
+#include "support/alloc_watch.h"
 
 #define WIDTH_PX  64
 #define HEIGHT_PX 32
-
-static long n_allocations;
-
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define COUNTS 1
-
-void *__libc_malloc(size_t n_bytes);
-void *__libc_calloc(size_t n_items, size_t item_bytes);
-void *__libc_realloc(void *memory, size_t n_bytes);
-void *__libc_memalign(size_t alignment, size_t n_bytes);
-
-void *malloc(size_t n_bytes)
-{
-    n_allocations++;
-    return __libc_malloc(n_bytes);
-}
-
-void *calloc(size_t n_items, size_t item_bytes)
-{
-    n_allocations++;
-    return __libc_calloc(n_items, item_bytes);
-}
-
-void *realloc(void *memory, size_t n_bytes)
-{
-    n_allocations++;
-    return __libc_realloc(memory, n_bytes);
-}
-
-void *aligned_alloc(size_t alignment, size_t n_bytes)
-{
-    n_allocations++;
-    return __libc_memalign(alignment, n_bytes);
-}
-#else
-#define COUNTS 0
-#endif
 
 static struct shef_rectification small_wide(void)
 {
@@ -81,8 +42,8 @@ static void test_nothing_is_allocated_after_create(void)
     struct shef_edge_map maps[3];
     uint64_t n_made = 0;
 
-    if (!COUNTS)
-        TEST_IGNORE_MESSAGE("a sanitizer has the allocator");
+    SHEF_TEST_NEEDS_ALLOC_WATCH();
+    shef_alloc_watch_start();
     filter = shef_test_filter(&filter_params);
     TEST_ASSERT_EQUAL(SHEF_OK, shef_hot_pixels_create(&hot, &hot_params, NULL));
     TEST_ASSERT_EQUAL(SHEF_OK, shef_snapshots_create(&snapshots, filter, hot, &params, NULL));
@@ -97,8 +58,8 @@ static void test_nothing_is_allocated_after_create(void)
         TEST_ASSERT_EQUAL(SHEF_OK,
                           shef_edge_map_create(&maps[i], kinds[i], WIDTH_PX, HEIGHT_PX, NULL));
     }
-    TEST_ASSERT_GREATER_THAN_INT(10, n_allocations);
-    n_allocations = 0;
+    TEST_ASSERT_GREATER_THAN_UINT64(10, shef_alloc_watch_calls(NULL, false));
+    shef_alloc_watch_start();
 
     /* A second in batches of 10 ms, with a frame in every second one. */
     for (int i = 0; i < 100; i++) {
@@ -122,7 +83,8 @@ static void test_nothing_is_allocated_after_create(void)
         shef_event_edges_of_pair(edges[2], snapshot->sums, snapshot->sums, &shift, &maps[2]);
         shef_snapshot_pool_give(shef_snapshots_pool(snapshots), snapshot);
     }
-    TEST_ASSERT_EQUAL_INT(0, n_allocations);
+    shef_alloc_watch_stop();
+    TEST_ASSERT_EQUAL_UINT64(0, shef_alloc_watch_calls(NULL, false));
     TEST_ASSERT_GREATER_THAN_UINT64(40, n_made);
     for (int i = 0; i < 3; i++) {
         shef_edge_map_destroy(&maps[i]);
