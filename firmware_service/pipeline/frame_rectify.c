@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/frame.h"
 #include "core/memory.h"
 #include "pipeline/kernels/rectify.h"
 
@@ -263,6 +264,23 @@ static enum shef_err make_tables(struct shef_frame_rectify *rectify,
 static double scale_of(const struct shef_rectification *r)
 {
     return sqrt(r->camera.fx_px * r->camera.fy_px) / r->f_px;
+}
+
+bool shef_frame_pixels_of(uint32_t pixel_format, enum shef_frame_pixels *out_pixels)
+{
+    switch (pixel_format) {
+    case SHEF_PFNC_MONO8:
+        *out_pixels = SHEF_FRAME_MONO8;
+        return true;
+    case SHEF_PFNC_BAYER_GR8:
+    case SHEF_PFNC_BAYER_RG8:
+    case SHEF_PFNC_BAYER_GB8:
+    case SHEF_PFNC_BAYER_BG8:
+        *out_pixels = SHEF_FRAME_BAYER8;
+        return true;
+    default:
+        return false;
+    }
 }
 
 enum shef_err shef_frame_rectify_create(struct shef_frame_rectify **out_rectify,

@@ -29,6 +29,10 @@ enum shef_frame_pixels {
     SHEF_FRAME_BAYER8, /* any order: the mean of each 2 x 2 cell, (R + 2 G + B) / 4. Never finer */
 };
 
+/* What a pixel format of the camera (PFNC, core/frame.h) is here.
+ * Returns false for one that cannot be processed; Mono8 and Bayer of 8 bits can. */
+bool shef_frame_pixels_of(uint32_t pixel_format, enum shef_frame_pixels *out_pixels);
+
 struct shef_frame_rectify;
 
 /* Makes the table and the work space.                               Thread: setup.

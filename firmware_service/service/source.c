@@ -112,22 +112,12 @@ static enum shef_err check_format(struct shef_source *source, struct shef_error 
                           &source->calibration.event, err);
     if (code != SHEF_OK)
         return code;
-    switch (frames->pixel_format) {
-    case SHEF_PFNC_MONO8:
-        source->pixels = SHEF_FRAME_MONO8;
-        return SHEF_OK;
-    case SHEF_PFNC_BAYER_GR8:
-    case SHEF_PFNC_BAYER_RG8:
-    case SHEF_PFNC_BAYER_GB8:
-    case SHEF_PFNC_BAYER_BG8:
-        source->pixels = SHEF_FRAME_BAYER8;
-        return SHEF_OK;
-    default:
+    if (!shef_frame_pixels_of(frames->pixel_format, &source->pixels))
         return shef_fail(err, SHEF_ERR_UNSUPPORTED,
                          "play '%s': its frames have the pixel format 0x%08x; Mono8 and Bayer of 8 "
                          "bits can be processed",
                          source->path, frames->pixel_format);
-    }
+    return SHEF_OK;
 }
 
 static enum shef_err read_poses(struct shef_source *source, struct shef_error *err)

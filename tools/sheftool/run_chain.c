@@ -70,22 +70,12 @@ static enum shef_err pixels_of(const struct shef_run *run, enum shef_frame_pixel
 {
     const uint32_t format = shef_recorded_frames_format(run->frames)->pixel_format;
 
-    switch (format) {
-    case SHEF_PFNC_MONO8:
-        *out_pixels = SHEF_FRAME_MONO8;
-        return SHEF_OK;
-    case SHEF_PFNC_BAYER_GR8:
-    case SHEF_PFNC_BAYER_RG8:
-    case SHEF_PFNC_BAYER_GB8:
-    case SHEF_PFNC_BAYER_BG8:
-        *out_pixels = SHEF_FRAME_BAYER8;
-        return SHEF_OK;
-    default:
+    if (!shef_frame_pixels_of(format, out_pixels))
         return shef_fail(err, SHEF_ERR_UNSUPPORTED,
                          "'%s' has frames of pixel format 0x%08x; Mono8 and Bayer of 8 bits can be "
                          "processed",
                          run->settings.recording, format);
-    }
+    return SHEF_OK;
 }
 
 static enum shef_err create_chains(struct shef_run *run, struct shef_error *err)
