@@ -186,9 +186,14 @@ void shef_service_describe(const struct shef_service *service, char *out_text, s
         return;
     }
     snprintf(path, sizeof path, "%s", shef_playback_source(service->playback)->path);
-    snprintf(out_text, n_bytes, "%s %.100s at %.1f frames/s",
-             words[shef_playback_state(service->playback)], basename(path),
-             service->window.frames_per_s);
+
+    const int n = snprintf(out_text, n_bytes, "%s %.100s",
+                           words[shef_playback_state(service->playback)], basename(path));
+
+    /* The first rate comes a second after the start. */
+    if (service->window.frames_per_s > 0 && n > 0 && (size_t)n < n_bytes)
+        snprintf(out_text + n, n_bytes - (size_t)n, " at %.1f frames/s",
+                 service->window.frames_per_s);
 }
 
 int shef_service_end_fd(const struct shef_service *service)
