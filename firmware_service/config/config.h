@@ -60,7 +60,7 @@ struct shef_config {
         char mode[SHEF_CONFIG_NAME_BYTES];
         int32_t max_disparity_px;
         int32_t look_ahead; /* steps of the centred read-out, see pipeline/snapshot.h */
-        int32_t workers; /* threads in all, the stereo thread included */
+        int32_t workers;    /* threads in all, the stereo thread included */
     } depth;
     struct {
         char url[SHEF_CONFIG_PATH_BYTES];
@@ -91,6 +91,9 @@ struct shef_config {
         int32_t timeout_s;
     } control;
     struct shef_config_thread_row threads[SHEF_CONFIG_THREADS];
+    struct {
+        char isa[SHEF_CONFIG_NAME_BYTES]; /* one of SHEF_CPU_CHOICES */
+    } kernels;
     struct {
         bool lock; /* keep all memory in RAM */
     } memory;

@@ -1,4 +1,5 @@
 #include "config/config.h"
+#include "core/cpu.h"
 
 #define FIELD(path_) .field = offsetof(struct shef_config, path_)
 
@@ -112,6 +113,9 @@ const struct shef_config_row shef_config_rows[] = {
     THREAD("recorder", SHEF_THREAD_RECORDER, "normal", "1", "the threads that write recordings"),
     THREAD("control", SHEF_THREAD_CONTROL, "normal", "1", "control socket, signals and watchdog"),
 
+    WORD("kernels.isa", kernels.isa, "best", SHEF_CPU_CHOICES,
+         "instruction set of the kernels; a lesser one shows how fast another processor would be, "
+         "the results are the same; 'shefctl kernels' shows them"),
     BOOL("memory.lock", memory.lock, "true", "keep all memory in RAM, where that is allowed"),
     WORD("log.level", log.level, "info", "error|warning|info|debug", "how much is logged", LIVE),
     INT("watchdog.stalled_after_s", watchdog.stalled_after_s, "5", 1, 600, "s",

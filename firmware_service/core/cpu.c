@@ -1,5 +1,6 @@
 #include "core/cpu.h"
 
+#include <stdatomic.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -16,7 +17,9 @@ static const struct {
 
 #define N_SETS (sizeof sets / sizeof sets[0])
 
-uint32_t shef_cpu_features(void)
+static _Atomic uint32_t allowed = UINT32_MAX;
+
+static uint32_t features_found(void)
 {
     uint32_t features = SHEF_CPU_NONE;
 
@@ -31,6 +34,33 @@ uint32_t shef_cpu_features(void)
     features |= SHEF_CPU_NEON;
 #endif
     return features;
+}
+
+uint32_t shef_cpu_features(void)
+{
+    return features_found() & atomic_load_explicit(&allowed, memory_order_relaxed);
+}
+
+void shef_cpu_restrict(uint32_t features)
+{
+    atomic_store_explicit(&allowed, features, memory_order_relaxed);
+}
+
+enum shef_err shef_cpu_features_among(const char *isa, uint32_t *out_features,
+                                      struct shef_error *err)
+{
+    const uint32_t found = shef_cpu_features();
+    const uint32_t wanted = strcmp(isa, "best") == 0 ? found : shef_cpu_features_of(isa);
+
+    if (wanted == UINT32_MAX)
+        return shef_fail(err, SHEF_ERR_INVALID, "there is no instruction set '%s'; known are %s",
+                         isa, SHEF_CPU_CHOICES);
+    if ((wanted & found) != wanted)
+        return shef_fail(err, SHEF_ERR_UNSUPPORTED,
+                         "this processor has no %s; the best it has is %s", isa,
+                         shef_cpu_isa_name(found));
+    *out_features = wanted;
+    return SHEF_OK;
 }
 
 uint32_t shef_cpu_features_of(const char *isa)

@@ -7,6 +7,8 @@
 
 #include <stdint.h>
 
+#include "core/error.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -16,8 +18,23 @@ extern "C" {
 #define SHEF_CPU_NEON   (1u << 2) /* part of arm64 */
 #define SHEF_CPU_NONE   0u
 
-/* The features found, read once and cached. Thread: any. */
+/* What users can ask for, as a list of words. */
+#define SHEF_CPU_CHOICES "best|c|avx2|avx512|neon"
+
+/* The features found, less what shef_cpu_restrict() has taken away. Thread: any. */
 uint32_t shef_cpu_features(void);
+
+/* Leaves only these features to the whole process, so that one processor shows how fast a lesser
+ * one would be. Results do not change, speed does.
+ *   features  of shef_cpu_features_among()
+ * Thread: setup, before anything that picks kernels is made. */
+void shef_cpu_restrict(uint32_t features);
+
+/* The features to use when somebody asks for one of SHEF_CPU_CHOICES.
+ *   isa  "best": all there are
+ * SHEF_ERR_UNSUPPORTED: this processor lacks them. SHEF_ERR_INVALID: no such word. */
+SHEF_MUST_CHECK enum shef_err shef_cpu_features_among(const char *isa, uint32_t *out_features,
+                                                      struct shef_error *err);
 
 /* One name per set a user can ask for: "c", "avx2", "avx512", "neon".
  * Returns the bits of that set including the lesser ones (avx512 implies avx2), or UINT32_MAX

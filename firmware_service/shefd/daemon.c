@@ -13,6 +13,7 @@
 #include "control/loop.h"
 #include "control/server.h"
 #include "core/clock.h"
+#include "core/cpu.h"
 #include "core/log.h"
 #include "service/service.h"
 #include "service/thread.h"
@@ -50,6 +51,18 @@ static void set_log_level(const struct shef_config *config)
     for (size_t i = 0; i < sizeof levels / sizeof levels[0]; i++)
         if (strcmp(levels[i].name, config->log.level) == 0)
             shef_log_set_level(levels[i].level);
+}
+
+/* Everything picks its kernels from what is left here. */
+static enum shef_err choose_kernels(const struct shef_config *config, struct shef_error *err)
+{
+    uint32_t features;
+    const enum shef_err code = shef_cpu_features_among(config->kernels.isa, &features, err);
+
+    if (code != SHEF_OK)
+        return shef_fail_context(err, "kernels.isa");
+    shef_cpu_restrict(features);
+    return SHEF_OK;
 }
 
 /* Counts what differs; the first setting that needs a restart is named. */
@@ -267,6 +280,9 @@ enum shef_err shef_daemon_run(const struct shef_shefd_options *options, struct s
     if (code != SHEF_OK)
         return code;
     set_log_level(&daemon.config);
+    code = choose_kernels(&daemon.config, err);
+    if (code != SHEF_OK)
+        return code;
     code = start(&daemon, err);
     if (code == SHEF_OK) {
         shef_service_describe(daemon.service, status, sizeof status);

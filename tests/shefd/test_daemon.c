@@ -307,6 +307,26 @@ static void test_the_kernels_are_listed_with_their_instruction_set(void)
     TEST_ASSERT_EQUAL_CHAR('{', other.out[0]);
 }
 
+static void test_a_lesser_instruction_set_can_be_asked_for(void)
+{
+    write_config("kernels:\n  isa: c\n");
+    start_daemon(NULL);
+    ask("kernels");
+    TEST_ASSERT_EQUAL_INT(0, other.status);
+    TEST_ASSERT_NULL_MESSAGE(strstr(other.out, "avx"), other.out);
+    TEST_ASSERT_NULL_MESSAGE(strstr(other.out, "neon"), other.out);
+    TEST_ASSERT_NOT_NULL(strstr(other.out, "correlates edge maps"));
+}
+
+static void test_an_instruction_set_that_is_not_there_is_one_sentence(void)
+{
+#if defined(__aarch64__)
+    expect_no_start("kernels:\n  isa: avx2\n", "kernels.isa: this processor has no avx2");
+#else
+    expect_no_start("kernels:\n  isa: neon\n", "kernels.isa: this processor has no neon");
+#endif
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -323,5 +343,7 @@ int main(void)
     RUN_TEST(test_shefctl_tells_a_foreign_user_why_not);
     RUN_TEST(test_what_the_service_declines_is_exit_status_4);
     RUN_TEST(test_the_kernels_are_listed_with_their_instruction_set);
+    RUN_TEST(test_a_lesser_instruction_set_can_be_asked_for);
+    RUN_TEST(test_an_instruction_set_that_is_not_there_is_one_sentence);
     return UNITY_END();
 }

@@ -29,8 +29,6 @@ struct settings {
     bool pictures;
 };
 
-#define ISA_CHOICES "best|c|avx2|avx512|neon"
-
 static const struct shef_option options[] = {
     SHEF_OPT_NEEDED("frame-edges", struct settings, frame_edges, "DIR",
                     "edge maps N.png of the frame camera (left, the reference), values 0 and 255"),
@@ -51,7 +49,7 @@ static const struct shef_option options[] = {
                  "worker threads; the results are the same for every number"),
     SHEF_OPT_INT("max-disparity", struct settings, max_disparity_px, "80", 16, 256, "px",
                  "largest disparity searched, below the width"),
-    SHEF_OPT_CHOICE("isa", struct settings, isa, ISA_CHOICES, "best",
+    SHEF_OPT_CHOICE("isa", struct settings, isa, SHEF_CPU_CHOICES, "best",
                     "instruction set of the kernels; the results are the same for each"),
     SHEF_OPT_TEXT("pairs", struct settings, pairs, "LIST", NULL,
                   "match these numbers only, such as 1-16,50"),
@@ -99,17 +97,9 @@ static enum shef_err set_isa(const struct settings *settings, struct shef_matche
 {
     char isa[16];
 
-    how->cpu_features = shef_cpu_features();
-    if (settings->isa == 0)
-        return SHEF_OK;
-    shef_option_choice(ISA_CHOICES, settings->isa, isa, sizeof isa);
-    const uint32_t wanted = shef_cpu_features_of(isa);
-
-    if ((wanted & how->cpu_features) != wanted)
-        return shef_fail(err, SHEF_ERR_UNSUPPORTED,
-                         "this processor has no %s; leave --isa away to use %s", isa,
-                         shef_cpu_isa_name(how->cpu_features));
-    how->cpu_features = wanted;
+    shef_option_choice(SHEF_CPU_CHOICES, settings->isa, isa, sizeof isa);
+    if (shef_cpu_features_among(isa, &how->cpu_features, err) != SHEF_OK)
+        return shef_fail_context(err, "--isa");
     return SHEF_OK;
 }
 

@@ -2,6 +2,7 @@
 #ifndef SHEFTOOL_RUN_OPTIONS_H
 #define SHEFTOOL_RUN_OPTIONS_H
 
+#include "core/cpu.h"
 #include "sheftool/option.h"
 #include "sheftool/run_chain.h"
 
@@ -22,8 +23,6 @@ struct shef_run_options {
     int64_t n_threads;
     int32_t isa;
 };
-
-#define SHEF_RUN_ISA_CHOICES "best|c|avx2|avx512|neon"
 
 #define SHEF_RUN_OPTIONS(type_, how_)                                                              \
     SHEF_OPT_TEXT("calibration", type_, how_.calibration, "FILE", NULL,                            \
@@ -54,14 +53,14 @@ struct shef_run_options {
                      "stop after so many frames; 0: all"),                                         \
         SHEF_OPT_INT("threads", type_, how_.n_threads, "1", 1, 64, NULL,                           \
                      "worker threads; the results are the same for every number"),                 \
-        SHEF_OPT_CHOICE("isa", type_, how_.isa, SHEF_RUN_ISA_CHOICES, "best",                      \
+        SHEF_OPT_CHOICE("isa", type_, how_.isa, SHEF_CPU_CHOICES, "best",                          \
                         "instruction set of the kernels; the results are the same for each")
 
 /* Refuses what contradicts itself or is not there. */
 SHEF_MUST_CHECK enum shef_err shef_run_options_check(const struct shef_run_options *options,
                                                      struct shef_error *err);
 
-/* Modes are left to the caller. */
+/* Modes are left to the caller. The options must have been checked. */
 struct shef_run_settings shef_run_options_settings(const struct shef_run_options *options,
                                                    const char *recording);
 
