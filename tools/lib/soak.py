@@ -1,4 +1,4 @@
-"""Puts the samples of tools/soak together: soak.py SAMPLES TOP prints one JSON object."""
+"""Puts the samples of tools/soak together: soak.py SAMPLES TOP KERNELS prints one JSON object."""
 
 import json
 import sys
@@ -18,6 +18,7 @@ def objects(path):
 def main():
     samples = list(objects(sys.argv[1]))
     top = list(objects(sys.argv[2]))[-1]
+    kernels = list(objects(sys.argv[3]))[-1]
     first, last = samples[0], samples[-1]
     frames = last["frames"]
     span_s = last["uptime_s"] - first["uptime_s"]
@@ -26,6 +27,8 @@ def main():
     settled = memory[min(2, len(memory) - 1)]
     json.dump(
         {
+            "cpu": kernels["cpu"],
+            "isa": kernels["isa"],
             "mode": last["mode"],
             "seconds": round(span_s, 1),
             "frames": {
