@@ -89,7 +89,8 @@ const struct shef_config_row shef_config_rows[] = {
     INT("shed.range_ms", shed.range_ms, "16", 0, 1000, "ms",
         "a frame that waited longer is searched over half the disparity range", LIVE),
     INT("shed.frame_ms", shed.frame_ms, "30", 0, 1000, "ms",
-        "a frame that waited longer is left out, and counted", LIVE),
+        "a frame that waited longer, for the chain or for the publisher, is left out, and counted",
+        LIVE),
 
     TEXT("record.folder", record.folder, "/var/lib/shef/recordings", 1,
          "where 'shefctl record start' puts recordings"),

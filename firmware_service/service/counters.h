@@ -66,7 +66,8 @@ struct shef_counters {
     shef_counter last_event_us;
     struct shef_latency decoding; /* of one buffer */
     /* The stereo thread. */
-    alignas(64) shef_counter n_lost[SHEF_LOSSES]; /* of frames; NO_BUFFER is not its own */
+    alignas(64) shef_counter n_lost[SHEF_LOSSES]; /* of frames; NO_BUFFER and NO_RESULT not
+                                                   * all of them */
     shef_counter n_frames_taken;                  /* out of the ring */
     shef_counter n_finished;                      /* handed to the publisher */
     shef_counter n_shed[5];                       /* frames without this piece of work */
@@ -82,6 +83,23 @@ struct shef_counters {
     struct shef_latency stereo; /* all of a frame */
     /* The publisher thread. */
     alignas(64) shef_counter n_results_done;
+    shef_counter n_results_stale; /* of them, left out: frames lost as SHEF_LOSS_NO_RESULT */
 };
+
+/* Frames lost for one reason, whoever counted them. Thread: any. */
+static inline uint64_t shef_frames_lost(const struct shef_counters *counters,
+                                        enum shef_frame_loss why)
+{
+    const uint64_t n = shef_counter_get(&counters->n_lost[why]);
+
+    switch (why) {
+    case SHEF_LOSS_NO_BUFFER:
+        return n + shef_counter_get(&counters->n_frames_unread);
+    case SHEF_LOSS_NO_RESULT:
+        return n + shef_counter_get(&counters->n_results_stale);
+    default:
+        return n;
+    }
+}
 
 #endif

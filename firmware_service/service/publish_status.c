@@ -52,8 +52,10 @@ static void fill_counts(const struct shef_counters *counters,
     out_status->event.ns = (int64_t)shef_counter_get(&counters->last_event_us) * SHEF_NS_PER_US;
     out_status->n_events = shef_counter_get(&counters->n_events);
     out_status->n_frames = shef_counter_get(&counters->n_frames_in);
-    out_status->n_shed = shef_counter_get(&counters->n_lost[SHEF_LOSS_SHED]);
-    out_status->n_unmatched = shef_counter_get(&counters->n_lost[SHEF_LOSS_NO_PAIR]);
+    out_status->n_shed = shef_frames_lost(counters, SHEF_LOSS_SHED) +
+                         shef_frames_lost(counters, SHEF_LOSS_NO_BUFFER) +
+                         shef_frames_lost(counters, SHEF_LOSS_NO_RESULT);
+    out_status->n_unmatched = shef_frames_lost(counters, SHEF_LOSS_NO_PAIR);
     out_status->n_damaged = shef_counter_get(&counters->n_violations) +
                             shef_counter_get(&counters->n_lost[SHEF_LOSS_DAMAGED]);
 }

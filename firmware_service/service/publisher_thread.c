@@ -1,4 +1,6 @@
-/* The thread that publishes: results from the ring, and what the publisher does between them. */
+/* The thread that publishes: results from the ring, and what the publisher does between them.
+ *
+ * When publishing takes longer than frames come, readers get fewer frames, not older ones. */
 #include "service/playback_internal.h"
 
 static int32_t ms_to_next_tick(const struct shef_playback *playback)
@@ -10,6 +12,27 @@ static int32_t ms_to_next_tick(const struct shef_playback *playback)
         return -1;
     left_ns = shef_host_time_since(next, shef_clock_now(playback->pace.clock));
     return left_ns > 0 ? (int32_t)(left_ns / SHEF_NS_PER_MS + 1) : 0;
+}
+
+/* A finished frame may wait for the publisher as long as a complete one for the chain. */
+static bool is_stale(const struct shef_playback *playback, const struct shef_result_item *item)
+{
+    const int32_t after_ms = shef_live_get(&playback->live->shed_after_ms[SHEF_SHED_FRAME]);
+
+    return shef_pace_is_live(&playback->pace) &&
+           shef_host_time_since(shef_clock_now(playback->pace.clock), item->finished) >
+               after_ms * SHEF_NS_PER_MS;
+}
+
+static void use_result(struct shef_playback *playback, const struct shef_result_item *item)
+{
+    if (is_stale(playback, item)) {
+        shef_count(&playback->counters.n_results_stale, 1);
+        shef_result_give(item->result);
+    } else {
+        shef_publisher_result(playback->publisher, item->result);
+    }
+    shef_count(&playback->counters.n_results_done, 1);
 }
 
 /* Everything that came in has gone out. */
@@ -34,8 +57,7 @@ void shef_publisher_thread(void *context)
         shef_wake_wait(wake, ms_to_next_tick(playback));
         while (shef_link_pop(playback->results_in, &item) == SHEF_OK) {
             if (item.result)
-                shef_publisher_result(playback->publisher, item.result);
-            shef_count(&playback->counters.n_results_done, item.result != NULL);
+                use_result(playback, &item);
             shef_pace_done(&playback->pace);
             if (!item.result)
                 end(playback);

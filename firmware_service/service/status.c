@@ -48,12 +48,6 @@ static json_t *source_to_json(const struct shef_service *service)
 
 /* ---- frames ----------------------------------------------------------------------------- */
 
-static uint64_t lost_by(const struct shef_counters *counters, enum shef_frame_loss why)
-{
-    return shef_counter_get(&counters->n_lost[why]) +
-           (why == SHEF_LOSS_NO_BUFFER ? shef_counter_get(&counters->n_frames_unread) : 0);
-}
-
 static json_t *losses_to_json(const struct shef_counters *counters, uint64_t n_unpublished,
                               uint64_t *out_n_lost)
 {
@@ -66,7 +60,7 @@ static json_t *losses_to_json(const struct shef_counters *counters, uint64_t n_u
 
     *out_n_lost = n_unpublished;
     for (int i = 0; i < SHEF_LOSSES; i++) {
-        const uint64_t n = lost_by(counters, (enum shef_frame_loss)i);
+        const uint64_t n = shef_frames_lost(counters, (enum shef_frame_loss)i);
 
         json_object_set_new(object, names[i], json_integer(number(n)));
         *out_n_lost += n;

@@ -229,10 +229,11 @@ static void show(struct shef_stereo_stage *stage, struct shef_result *result)
         shef_result_give(before);
 }
 
-static void hand_on(struct shef_stereo_stage *stage, struct shef_result *result)
+static void hand_on(struct shef_stereo_stage *stage, struct shef_result *result,
+                    shef_host_time finished)
 {
     struct shef_counters *counters = stage->params.counters;
-    const struct shef_result_item item = { .result = result };
+    const struct shef_result_item item = { .result = result, .finished = finished };
 
     show(stage, result);
     shef_pace_begun(stage->params.pace);
@@ -282,6 +283,9 @@ void shef_stereo_process(struct shef_stereo_stage *stage, const struct shef_fram
     result->stage_ns[SHEF_RESULT_STAGE_WAIT] = wait_ns;
     shef_count(&stage->params.counters->n_ambiguous,
                (pairing->flags & SHEF_PAIRING_AMBIGUOUS) != 0);
-    count_times(stage, result, wait_ns, shef_host_time_since(shef_clock_now(clock), start));
-    hand_on(stage, result);
+
+    const shef_host_time finished = shef_clock_now(clock);
+
+    count_times(stage, result, wait_ns, shef_host_time_since(finished, start));
+    hand_on(stage, result, finished);
 }

@@ -64,6 +64,7 @@ struct shef_snapshot_item {
 
 struct shef_result_item {
     struct shef_result *result; /* NULL: there will be no more */
+    shef_host_time finished;    /* by the clock */
 };
 
 #define SHEF_POSE_PACKAGE_BYTES 512

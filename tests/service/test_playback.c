@@ -1,14 +1,18 @@
 /* A recording through the whole service, in process. */
+#include <fcntl.h>
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "core/file.h"
 #include "core/memory.h"
 #include "core/pfm.h"
 #include "played.h"
+#include "service/playback_internal.h"
 #include "support/process.h"
 #include "support/support.h"
 
@@ -183,6 +187,73 @@ static void test_a_slow_chain_sheds_work_and_says_so(void)
     shef_service_destroy(service);
 }
 
+/* Reads a pipe, once it is told to, until it is told to end. */
+struct reader {
+    pthread_t thread;
+    int fd;
+    _Atomic bool is_reading;
+    _Atomic bool is_ending;
+};
+
+static void *read_pipe(void *context)
+{
+    struct reader *reader = context;
+    static char bytes[1 << 16];
+
+    while (!reader->is_ending)
+        if (!reader->is_reading || read(reader->fd, bytes, sizeof bytes) <= 0)
+            usleep(1000);
+    return NULL;
+}
+
+static uint64_t count_of(const shef_counter *counter, uint64_t at_least)
+{
+    for (int i = 0; i < 12000 && shef_counter_get(counter) < at_least; i++)
+        usleep(5000);
+    return shef_counter_get(counter);
+}
+
+static void test_after_a_pause_of_the_network_readers_get_new_frames_instead_of_old_ones(void)
+{
+    struct shef_config config = played_config();
+    const char *path = shef_test_temp_path("pipe");
+    struct reader reader = { 0 };
+    const struct shef_counters *counters;
+    struct shef_service *service;
+    uint64_t n_done;
+
+    /* The log is a pipe. Nobody reads it, so that the publisher stands still. */
+    TEST_ASSERT_EQUAL_INT(0, mkfifo(path, 0600));
+    reader.fd = open(path, O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    TEST_ASSERT_GREATER_OR_EQUAL_INT(0, reader.fd);
+    TEST_ASSERT_EQUAL_INT(0, pthread_create(&reader.thread, NULL, read_pipe, &reader));
+    snprintf(config.lcm.url, sizeof config.lcm.url, "file://%s", path);
+    config.source.pace = SHEF_PACE_RECORDED;
+    config.source.loop = true;
+    service = played_start(&config);
+    counters = shef_playback_counters(service->playback);
+
+    /* The ring is full when the first frame is lost; four periods later all that is in it is old.
+     */
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT64(4, count_of(&counters->n_lost[SHEF_LOSS_NO_RESULT], 4));
+    TEST_ASSERT_EQUAL_UINT64(0, shef_counter_get(&counters->n_results_stale));
+    n_done = shef_counter_get(&counters->n_results_done);
+    atomic_store(&reader.is_reading, true);
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT64(SHEF_RING_RESULTS,
+                                        count_of(&counters->n_results_stale, SHEF_RING_RESULTS));
+    TEST_ASSERT_GREATER_THAN_UINT64(
+        n_done + 2 * SHEF_RING_RESULTS,
+        count_of(&counters->n_results_done, n_done + 2 * SHEF_RING_RESULTS + 1));
+
+    shef_service_stop(service);
+    played_expect_accounted(service, 0);
+    shef_service_destroy(service);
+    atomic_store(&reader.is_ending, true);
+    pthread_join(reader.thread, NULL);
+    close(reader.fd);
+    unlink(path);
+}
+
 static void test_stopping_in_the_middle_gives_everything_back(void)
 {
     struct shef_config config = played_config();
@@ -209,6 +280,7 @@ int main(void)
     RUN_TEST(test_at_the_end_every_frame_is_accounted_for);
     RUN_TEST(test_a_looped_recording_goes_on_without_losing_a_frame);
     RUN_TEST(test_a_slow_chain_sheds_work_and_says_so);
+    RUN_TEST(test_after_a_pause_of_the_network_readers_get_new_frames_instead_of_old_ones);
     RUN_TEST(test_stopping_in_the_middle_gives_everything_back);
     return UNITY_END();
 }
