@@ -144,14 +144,19 @@ static struct shef_robust_params robust_params(const struct shef_depth_chain *ch
 static enum shef_err create_matchers(struct shef_depth_chain *chain, uint32_t cpu_features,
                                      struct shef_error *err)
 {
+    const struct shef_robust *lender = NULL;
+
     for (int kind = 0; kind < N_KINDS; kind++) {
         const struct shef_robust_params params = robust_params(chain, (enum shef_edge_kind)kind);
 
         if (!needs_kind(chain, (enum shef_edge_kind)kind))
             continue;
-        chain->robust[kind] = shef_robust_create(&params, cpu_features, chain->workers, err);
+        /* One frame is matched in one mode, so one matcher's volumes do for all. */
+        chain->robust[kind] =
+            shef_robust_create_beside(&params, cpu_features, chain->workers, lender, err);
         if (!chain->robust[kind])
             return err ? err->code : SHEF_ERR_NO_MEMORY;
+        lender = lender ? lender : chain->robust[kind];
         chain->memory_bytes += shef_robust_memory_bytes(chain->robust[kind]);
         if (chain->params.align_auto)
             shef_robust_align_auto(chain->robust[kind]);
@@ -301,7 +306,8 @@ void shef_depth_chain_destroy(struct shef_depth_chain *chain)
         return;
     for (int i = 0; i < N_PAPER; i++)
         shef_paper_destroy(chain->paper[i]);
-    for (int kind = 0; kind < N_KINDS; kind++) {
+    /* The first lends its volumes, so it goes last. */
+    for (int kind = N_KINDS - 1; kind >= 0; kind--) {
         shef_robust_destroy(chain->robust[kind]);
         shef_event_edges_destroy(chain->event_edges[kind]);
     }

@@ -102,7 +102,15 @@ struct shef_robust *shef_robust_create(const struct shef_robust_params *params,
                                        uint32_t cpu_features, struct shef_workers *workers,
                                        struct shef_error *err);
 
-/* Bytes allocated by create(). */
+/* The same, but the volumes, most of a matcher's memory, are those of another matcher.
+ *   lender  for images of the same size, the same step and at least the same range of disparities;
+ *           must outlive this one and must not match at the same time; NULL: none */
+struct shef_robust *shef_robust_create_beside(const struct shef_robust_params *params,
+                                              uint32_t cpu_features, struct shef_workers *workers,
+                                              const struct shef_robust *lender,
+                                              struct shef_error *err);
+
+/* Bytes allocated by create(), without what is lent. */
 size_t shef_robust_memory_bytes(const struct shef_robust *matcher);
 
 /* The instruction set the kernels use, e.g. "avx512". */

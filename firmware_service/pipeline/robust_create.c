@@ -1,6 +1,7 @@
 /* Parameters checked and turned into sizes, fixed-point scales and memory. */
 #include "pipeline/robust_internal.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -263,14 +264,31 @@ static void take_grid(struct allocator *from, struct robust_grid *grid,
                params->height_px / THUMBNAIL_PX);
 }
 
-static void take_all(struct allocator *from, struct shef_robust *matcher)
+/* The volumes are most of a matcher's memory, and nothing in them outlives a pair. */
+static void take_volumes(struct allocator *from, struct shef_robust *matcher,
+                         const struct shef_robust *lender)
 {
     const struct robust_shape *shape = &matcher->shape;
-    const size_t volume =
-        (size_t)shape->grid_height * (size_t)shape->grid_width * (size_t)shape->n_lanes + PAD_LANES;
 
-    matcher->costs = take(from, volume, sizeof(uint16_t));
-    matcher->sums = take(from, volume, sizeof(uint16_t));
+    matcher->volume_lanes =
+        (size_t)shape->grid_height * (size_t)shape->grid_width * (size_t)shape->n_lanes + PAD_LANES;
+    if (lender) {
+        assert(lender->volume_lanes >= matcher->volume_lanes);
+        matcher->has_lent_volumes = true;
+        matcher->costs = lender->costs;
+        matcher->sums = lender->sums;
+    } else {
+        matcher->costs = take(from, matcher->volume_lanes, sizeof(uint16_t));
+        matcher->sums = take(from, matcher->volume_lanes, sizeof(uint16_t));
+    }
+}
+
+static void take_all(struct allocator *from, struct shef_robust *matcher,
+                     const struct shef_robust *lender)
+{
+    const struct robust_shape *shape = &matcher->shape;
+
+    take_volumes(from, matcher, lender);
     matcher->zero_left = take(from, (size_t)shape->left_length, sizeof(uint16_t));
     matcher->zero_right = take(from, (size_t)shape->right_length, sizeof(uint16_t));
     matcher->tables = take(from, 1, sizeof *matcher->tables);
@@ -288,6 +306,14 @@ struct shef_robust *shef_robust_create(const struct shef_robust_params *params,
                                        uint32_t cpu_features, struct shef_workers *workers,
                                        struct shef_error *err)
 {
+    return shef_robust_create_beside(params, cpu_features, workers, NULL, err);
+}
+
+struct shef_robust *shef_robust_create_beside(const struct shef_robust_params *params,
+                                              uint32_t cpu_features, struct shef_workers *workers,
+                                              const struct shef_robust *lender,
+                                              struct shef_error *err)
+{
     struct allocator from = { 0 };
 
     if (check(params, err) != SHEF_OK)
@@ -302,7 +328,7 @@ struct shef_robust *shef_robust_create(const struct shef_robust_params *params,
         matcher->workers = workers;
         matcher->n_chunks = workers ? shef_workers_count(workers) : 1;
         robust_shape_init(&matcher->shape, params);
-        take_all(&from, matcher);
+        take_all(&from, matcher, lender);
     }
     if (from.failed) {
         (void)shef_fail(err, SHEF_ERR_NO_MEMORY,
@@ -398,7 +424,9 @@ void shef_robust_destroy(struct shef_robust *matcher)
     free(matcher->tables);
     free(matcher->zero_left);
     free(matcher->zero_right);
-    free(matcher->costs);
-    free(matcher->sums);
+    if (!matcher->has_lent_volumes) {
+        free(matcher->costs);
+        free(matcher->sums);
+    }
     free(matcher);
 }

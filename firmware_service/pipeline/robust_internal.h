@@ -112,6 +112,8 @@ struct shef_robust {
     uint16_t *zero_right;        /* the same of right pairs: zeros */
     uint16_t *costs;             /* grid_height * grid_width * n_lanes */
     uint16_t *sums;              /* the same shape */
+    size_t volume_lanes;         /* of each of the two */
+    bool has_lent_volumes;       /* they are another matcher's */
     struct robust_confidence_tables *tables;
     struct robust_view views[2];
     struct shef_image_f32 cell_confidence; /* 0..1 */

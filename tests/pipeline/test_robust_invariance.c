@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "bin_corr_cases.h"
+#include "core/cpu.h"
 #include "core/workers.h"
 #include "robust_cases.h"
 
@@ -119,6 +120,39 @@ static void test_workers_and_instruction_sets_never_show(void)
         }
         results_destroy(expected);
         sequence_destroy(&sequence);
+    }
+}
+
+/* Two matchers of different kinds that take turns with one set of volumes. */
+static void test_a_lent_volume_never_shows(void)
+{
+    struct sequence sequences[2] = { sequence_create(SHEF_EDGE_UNSIGNED, 163, 98),
+                                     sequence_create(SHEF_EDGE_GRADED, 163, 98) };
+    struct shef_robust *matchers[2] = { NULL, NULL };
+    struct shef_error err = { 0 };
+    struct result expected[2][N_PAIRS];
+
+    for (int i = 0; i < 2; i++) {
+        match_sequence(&sequences[i], shef_cpu_features(), NULL, expected[i]);
+        matchers[i] = shef_robust_create_beside(&sequences[i].params, shef_cpu_features(), NULL,
+                                                matchers[0], &err);
+        TEST_ASSERT_NOT_NULL_MESSAGE(matchers[i], err.text);
+        shef_robust_align_auto(matchers[i]);
+        shef_robust_set_bias(matchers[i], &sequences[i].bias);
+    }
+    TEST_ASSERT_LESS_THAN_size_t(shef_robust_memory_bytes(matchers[0]) / 2,
+                                 shef_robust_memory_bytes(matchers[1]));
+    for (int pair = 0; pair < N_PAIRS; pair++)
+        for (int i = 0; i < 2; i++) {
+            struct result actual = match(matchers[i], &sequences[i].edges[pair], 7 + pair);
+
+            expect_same_result(&expected[i][pair], &actual);
+            result_destroy(&actual);
+        }
+    for (int i = 1; i >= 0; i--) {
+        shef_robust_destroy(matchers[i]);
+        results_destroy(expected[i]);
+        sequence_destroy(&sequences[i]);
     }
 }
 
@@ -337,6 +371,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_workers_and_instruction_sets_never_show);
+    RUN_TEST(test_a_lent_volume_never_shows);
     RUN_TEST(test_the_largest_penalties_do_not_overflow);
     RUN_TEST(test_more_workers_than_rows_are_no_harm);
     RUN_TEST(test_upside_down_maps_give_the_result_upside_down);
