@@ -17,40 +17,54 @@
 struct slot {
     /* The writer's while it fills, then read-only. */
     struct shef_snapshot snapshot;
-    struct shef_image_i16 scratch;
-    int16_t *pixels; /* of all three images */
+    int16_t *pixels; /* of both images */
     /* Written by all. */
     _Atomic uint64_t state;
+};
+
+struct scratch {
+    struct shef_image_i16 image;
+    const struct slot *user; /* NULL: free */
 };
 
 struct shef_snapshot_pool {
     struct slot *slots;
     int32_t n_slots;
+    /* The writer's. */
+    struct scratch scratches[SHEF_SNAPSHOT_MAX_FILLING];
     /* The writer writes, others read. */
     _Atomic uint64_t end;
     _Atomic uint64_t n_lost;
 };
 
-/* Three images in one piece; what follows each is readable for the warp. */
-static bool create_images(struct slot *slot, int32_t width_px, int32_t height_px)
+/* Images in one piece; what follows each is readable for the warp. */
+static int16_t *create_images(struct shef_image_i16 *const images[], size_t n_images,
+                              int32_t width_px, int32_t height_px)
 {
-    const size_t pad = SHEF_WARP_PAD_BYTES / sizeof *slot->pixels;
+    const size_t pad = SHEF_WARP_PAD_BYTES / sizeof(int16_t);
     const size_t stride = ((size_t)width_px + pad - 1) / pad * pad;
     const size_t n_image = stride * (size_t)height_px;
-    struct shef_image_i16 *const images[] = { &slot->snapshot.values, &slot->snapshot.sums,
-                                              &slot->scratch };
+    int16_t *pixels = shef_memory_create(n_images * n_image + pad, sizeof *pixels);
 
-    slot->pixels = shef_memory_create(3 * n_image + pad, sizeof *slot->pixels);
-    if (!slot->pixels)
-        return false;
-    for (size_t i = 0; i < 3; i++)
+    if (!pixels)
+        return NULL;
+    for (size_t i = 0; i < n_images; i++)
         *images[i] = (struct shef_image_i16){
-            .data = slot->pixels + i * n_image,
+            .data = pixels + i * n_image,
             .width_px = width_px,
             .height_px = height_px,
-            .stride_bytes = (ptrdiff_t)(stride * sizeof *slot->pixels),
+            .stride_bytes = (ptrdiff_t)(stride * sizeof *pixels),
         };
-    return true;
+    return pixels;
+}
+
+static bool create_slot(struct slot *slot, int32_t width_px, int32_t height_px)
+{
+    struct shef_image_i16 *const images[] = { &slot->snapshot.values, &slot->snapshot.sums };
+
+    atomic_init(&slot->state, EMPTY);
+    slot->pixels = create_images(images, 2, width_px, height_px);
+    return slot->pixels != NULL;
 }
 
 enum shef_err shef_snapshot_pool_create(struct shef_snapshot_pool **out_pool, int32_t n_snapshots,
@@ -68,9 +82,12 @@ enum shef_err shef_snapshot_pool_create(struct shef_snapshot_pool **out_pool, in
 
     bool is_complete = pool && pool->slots;
 
-    for (; is_complete && pool->n_slots < n_snapshots; pool->n_slots++) {
-        atomic_init(&pool->slots[pool->n_slots].state, EMPTY);
-        is_complete = create_images(&pool->slots[pool->n_slots], width_px, height_px);
+    for (; is_complete && pool->n_slots < n_snapshots; pool->n_slots++)
+        is_complete = create_slot(&pool->slots[pool->n_slots], width_px, height_px);
+    for (int32_t i = 0; is_complete && i < SHEF_SNAPSHOT_MAX_FILLING; i++) {
+        struct shef_image_i16 *const image = &pool->scratches[i].image;
+
+        is_complete = create_images(&image, 1, width_px, height_px) != NULL;
     }
     if (!is_complete) {
         shef_snapshot_pool_destroy(pool);
@@ -92,6 +109,8 @@ void shef_snapshot_pool_destroy(struct shef_snapshot_pool *pool)
         assert(state == FILLING || HOLDERS(state) == 0);
         free(pool->slots[i].pixels);
     }
+    for (int32_t i = 0; i < SHEF_SNAPSHOT_MAX_FILLING; i++)
+        free(pool->scratches[i].image.data);
     free(pool->slots);
     free(pool);
 }
@@ -114,17 +133,28 @@ static struct slot *best_slot(struct shef_snapshot_pool *pool, uint64_t *out_sta
     return best;
 }
 
+/* The scratch image that a slot uses, or with NULL one that none does; NULL: there is none. */
+static struct scratch *scratch_of(struct shef_snapshot_pool *pool, const struct slot *user)
+{
+    for (int32_t i = 0; i < SHEF_SNAPSHOT_MAX_FILLING; i++)
+        if (pool->scratches[i].user == user)
+            return &pool->scratches[i];
+    return NULL;
+}
+
 struct shef_snapshot *shef_snapshot_pool_begin(struct shef_snapshot_pool *pool,
                                                struct shef_image_i16 *out_scratch)
 {
+    struct scratch *scratch = scratch_of(pool, NULL);
     uint64_t state = EMPTY;
 
-    for (struct slot *slot; (slot = best_slot(pool, &state));) {
+    for (struct slot *slot; scratch && (slot = best_slot(pool, &state));) {
         /* Acquire: the last holder's reads come before our writes. A failure means that somebody
          * has just taken the slot: look for another. */
         if (atomic_compare_exchange_strong_explicit(&slot->state, &state, FILLING,
                                                     memory_order_acquire, memory_order_relaxed)) {
-            *out_scratch = slot->scratch;
+            scratch->user = slot;
+            *out_scratch = scratch->image;
             return &slot->snapshot;
         }
     }
@@ -141,20 +171,33 @@ static struct slot *slot_of(struct shef_snapshot_pool *pool, const struct shef_s
     return NULL;
 }
 
+/* The slot of a snapshot that was begun; its scratch image is free again. */
+static struct slot *end_filling(struct shef_snapshot_pool *pool,
+                                const struct shef_snapshot *snapshot)
+{
+    struct slot *slot = slot_of(pool, snapshot);
+    struct scratch *scratch = scratch_of(pool, slot);
+
+    assert(scratch);
+    scratch->user = NULL;
+    return slot;
+}
+
 void shef_snapshot_pool_publish(struct shef_snapshot_pool *pool, struct shef_snapshot *snapshot)
 {
+    struct slot *slot = end_filling(pool, snapshot);
+
     assert(snapshot->number < NUMBER(EMPTY));
     assert(snapshot->number >= atomic_load_explicit(&pool->end, memory_order_relaxed));
     /* Release: the snapshot's content becomes visible before its number does. */
-    atomic_store_explicit(&slot_of(pool, snapshot)->state, snapshot->number << HOLDER_BITS,
-                          memory_order_release);
+    atomic_store_explicit(&slot->state, snapshot->number << HOLDER_BITS, memory_order_release);
     /* Release: whoever sees the number finds the slot. */
     atomic_store_explicit(&pool->end, snapshot->number + 1, memory_order_release);
 }
 
 void shef_snapshot_pool_cancel(struct shef_snapshot_pool *pool, struct shef_snapshot *snapshot)
 {
-    atomic_store_explicit(&slot_of(pool, snapshot)->state, EMPTY, memory_order_relaxed);
+    atomic_store_explicit(&end_filling(pool, snapshot)->state, EMPTY, memory_order_relaxed);
 }
 
 enum shef_err shef_snapshot_pool_take(struct shef_snapshot_pool *pool, uint64_t number,

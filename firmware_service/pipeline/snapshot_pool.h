@@ -22,6 +22,9 @@ extern "C" {
 /* The falling edge was lost: exposure is assumed. */
 #define SHEF_SNAPSHOT_NO_FALL (1u << 2)
 
+/* So many can be filled at once: each for 25 ms at most, so at 120 frames/s three overlap. */
+#define SHEF_SNAPSHOT_MAX_FILLING 4
+
 /* What the events say about one frame, on the sensor's own pixels. Values are in 1/256 contrast
  * step. Images have SHEF_WARP_PAD_BYTES readable behind them. */
 struct shef_snapshot {
@@ -49,8 +52,8 @@ SHEF_MUST_CHECK enum shef_err shef_snapshot_pool_create(struct shef_snapshot_poo
 /* All must have been given back. NULL is allowed.                 Thread: setup. */
 void shef_snapshot_pool_destroy(struct shef_snapshot_pool *pool);
 
-/* A snapshot to fill, with its scratch image.                     Thread: the writer.
- * NULL: none is free; counted. */
+/* A snapshot to fill, with a scratch image for as long as it is filled. Thread: the writer.
+ * NULL: none is free, or SHEF_SNAPSHOT_MAX_FILLING are being filled; counted. */
 struct shef_snapshot *shef_snapshot_pool_begin(struct shef_snapshot_pool *pool,
                                                struct shef_image_i16 *out_scratch);
 

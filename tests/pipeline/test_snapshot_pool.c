@@ -157,6 +157,26 @@ static void test_several_can_be_filled_at_once_and_cancelled(void)
     shef_snapshot_pool_give(pool, take(1)); /* the cancelled one was reused first */
 }
 
+static void test_no_more_than_declared_are_filled_at_once(void)
+{
+    struct shef_snapshot *filling[SHEF_SNAPSHOT_MAX_FILLING];
+    struct shef_image_i16 scratch;
+
+    TEST_ASSERT_EQUAL(SHEF_OK,
+                      shef_snapshot_pool_create(&pool, SHEF_SNAPSHOT_MAX_FILLING + 2, 20, 3, NULL));
+    for (int i = 0; i < SHEF_SNAPSHOT_MAX_FILLING; i++) {
+        filling[i] = shef_snapshot_pool_begin(pool, &scratch);
+        TEST_ASSERT_NOT_NULL(filling[i]);
+        fill(filling[i], (uint64_t)i);
+    }
+    TEST_ASSERT_NULL(shef_snapshot_pool_begin(pool, &scratch));
+    TEST_ASSERT_EQUAL_UINT64(1, shef_snapshot_pool_lost_count(pool));
+    shef_snapshot_pool_publish(pool, filling[0]);
+    TEST_ASSERT_TRUE(publish(SHEF_SNAPSHOT_MAX_FILLING));
+    for (int i = 1; i < SHEF_SNAPSHOT_MAX_FILLING; i++)
+        shef_snapshot_pool_cancel(pool, filling[i]);
+}
+
 static _Atomic bool is_over;
 
 struct reader {
@@ -235,6 +255,7 @@ int main(void)
     RUN_TEST(test_a_held_snapshot_stays_as_it_is_until_its_last_holder_gives_it);
     RUN_TEST(test_a_pool_without_a_free_snapshot_loses_the_new_one_and_counts_it);
     RUN_TEST(test_several_can_be_filled_at_once_and_cancelled);
+    RUN_TEST(test_no_more_than_declared_are_filled_at_once);
     RUN_TEST(test_readers_see_whole_snapshots_while_the_writer_goes_on);
     RUN_TEST(test_impossible_sizes_are_refused_with_a_sentence);
     return UNITY_END();
