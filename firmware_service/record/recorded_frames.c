@@ -23,7 +23,7 @@ struct shef_recorded_frames {
     uint32_t at; /* of next() */
     uint32_t max_bytes;
     uint32_t max_coded_bytes; /* 0: no frame is compressed */
-    uint8_t *room;            /* max_bytes */
+    uint8_t *room;            /* max_bytes, made by the first read(); NULL: none yet */
     uint8_t *coded;           /* max_coded_bytes */
     char text[128];
 };
@@ -78,11 +78,9 @@ static enum shef_err list_frames(struct shef_recorded_frames *frames, struct she
 
 static enum shef_err make_room(struct shef_recorded_frames *frames, struct shef_error *err)
 {
-    if (frames->max_bytes > 0)
-        frames->room = shef_memory_create(frames->max_bytes, 1);
     if (frames->max_coded_bytes > 0)
         frames->coded = shef_memory_create(frames->max_coded_bytes, 1);
-    if ((frames->max_bytes > 0 && !frames->room) || (frames->max_coded_bytes > 0 && !frames->coded))
+    if (frames->max_coded_bytes > 0 && !frames->coded)
         return shef_fail(err, SHEF_ERR_NO_MEMORY, "read frames of %u bytes: out of memory",
                          frames->max_bytes);
     return SHEF_OK;
@@ -208,6 +206,11 @@ enum shef_err shef_recorded_frames_read(struct shef_recorded_frames *frames, uin
                                         struct shef_recorded_frame *out_frame,
                                         struct shef_error *err)
 {
+    if (!frames->room)
+        frames->room = shef_memory_create(frames->max_bytes, 1);
+    if (!frames->room)
+        return shef_fail(err, SHEF_ERR_NO_MEMORY, "read frames of %u bytes: out of memory",
+                         frames->max_bytes);
     return shef_recorded_frames_read_into(frames, index, frames->room, out_frame, err);
 }
 

@@ -76,7 +76,8 @@ void shef_recorded_frames_seek(struct shef_recorded_frames *frames, uint32_t ind
 
 /* Reads one frame, wherever next() is.
  *   index  0..count-1
- * SHEF_ERR_FORMAT: it is damaged. Errors of the system. */
+ * SHEF_ERR_FORMAT: it is damaged. SHEF_ERR_NO_MEMORY: none for the pixels, which the first read of
+ * these allocates; read_into() never does. Errors of the system. */
 SHEF_MUST_CHECK enum shef_err shef_recorded_frames_read(struct shef_recorded_frames *frames,
                                                         uint32_t index,
                                                         struct shef_recorded_frame *out_frame,
