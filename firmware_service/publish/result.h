@@ -70,8 +70,9 @@ enum shef_result_stage {
 
 struct shef_result {
     /* Set by the pool, never to be changed. The images are the pool's, of the size that create()
-     * got; those it was not asked for have data NULL. */
+     * got; the dense ones have data NULL where none were left. */
     struct shef_buffer *buffer;
+    struct shef_buffer *dense_buffer;       /* NULL: none */
     struct shef_image_f32 disparity;        /* px, 0 = none */
     struct shef_image_f32 confidence;       /* 0..1, at the same pixels */
     struct shef_image_f32 depth_m;          /* along z, 0 = none */
@@ -110,16 +111,17 @@ struct shef_result_pool;
 /* Allocates everything.                                           Thread: setup.
  *   n_results   1 to 64
  *   width, height  of every image, 1 to 16384
- *   has_dense   whether results have dense images
+ *   n_dense     how many results may have dense images at the same time, 0 to n_results
  * Returns NULL and a sentence in err on failure. */
 struct shef_result_pool *shef_result_pool_create(uint32_t n_results, int32_t width_px,
-                                                 int32_t height_px, bool has_dense,
+                                                 int32_t height_px, uint32_t n_dense,
                                                  struct shef_error *err);
 
 /* Frees everything; every result must have been given back. NULL is allowed. Thread: setup. */
 void shef_result_pool_destroy(struct shef_result_pool *pool);
 
-/* Lends a result with one holder; its fields are zero, its images whatever the last holder left.
+/* Lends a result with one holder, and dense images with it if some are left; its fields are zero,
+ * its images whatever the last holder left.
  * NULL: all are out; counted.                                     Thread: the one taker. */
 struct shef_result *shef_result_take(struct shef_result_pool *pool);
 

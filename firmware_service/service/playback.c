@@ -7,8 +7,14 @@
 #include "core/memory.h"
 #include "service/playback_internal.h"
 
-/* In the publisher's ring, in its hands, the newest for pictures, one in the making. */
-#define N_RESULTS (SHEF_RING_RESULTS + 3)
+/* Results: one in the making, one in the publisher's hands, the newest for pictures, one that a
+ * picture is made of; and RESULTS_WAITING for the publisher, which may stand still for 90 ms: three
+ * times the age at which frames are left out. Of those with dense images one may wait: who is
+ * slower than that is to get fewer of these first. */
+#define RESULTS_WAITING  5
+#define RESULTS_IN_HANDS 4
+#define N_RESULTS        (RESULTS_WAITING + RESULTS_IN_HANDS)
+#define N_DENSE          (1 + RESULTS_IN_HANDS)
 
 /* Playing begins this much after the threads have started, so that none is late for it. */
 #define START_DELAY_NS (20 * SHEF_NS_PER_MS)
@@ -111,7 +117,7 @@ static enum shef_err create_publisher(struct shef_playback *playback, struct she
     enum shef_err code;
 
     playback->results =
-        shef_result_pool_create(N_RESULTS, geometry.width_px, geometry.height_px, true, err);
+        shef_result_pool_create(N_RESULTS, geometry.width_px, geometry.height_px, N_DENSE, err);
     if (!playback->results)
         return err->code;
     shef_stereo_stage_set_results(playback->stereo, playback->results);

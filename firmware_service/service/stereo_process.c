@@ -275,6 +275,11 @@ void shef_stereo_process(struct shef_stereo_stage *stage, const struct shef_fram
         shef_count(&stage->params.counters->n_lost[SHEF_LOSS_NO_RESULT], 1);
         return;
     }
+    /* A publisher that lags behind holds all dense images: they are the first to go. */
+    if (!result->dense_disparity.data && !(shed_bits & SHEF_RESULT_SHED_DENSE)) {
+        shed_bits |= SHEF_RESULT_SHED_DENSE;
+        shef_count(&stage->params.counters->n_shed[SHEF_SHED_DENSE], 1);
+    }
     result->shed_bits = shed_bits;
     fill_header(stage, frame, snapshot, pairing, result);
     run_chain(stage, frame, snapshot, pairing, result);

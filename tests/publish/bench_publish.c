@@ -65,7 +65,7 @@ int main(int argc, char **argv)
 {
     const char *url = argc > 1 ? argv[1] : "memq://";
     const double densities[] = { 0.02, 0.05, 0.10, 0.25 }; /* of pixels with a disparity */
-    struct shef_result_pool *pool = shef_result_pool_create(1, WIDTH_PX, HEIGHT_PX, true, &err);
+    struct shef_result_pool *pool = shef_result_pool_create(1, WIDTH_PX, HEIGHT_PX, 1, &err);
 
     if (!pool)
         fail();

@@ -28,7 +28,7 @@ static float first[WIDTH_PX * HEIGHT_PX], second[WIDTH_PX * HEIGHT_PX];
 void setUp(void)
 {
     test_random = shef_test_random_start();
-    pool = shef_result_pool_create(1, WIDTH_PX, HEIGHT_PX, true, NULL);
+    pool = shef_result_pool_create(1, WIDTH_PX, HEIGHT_PX, 1, NULL);
     TEST_ASSERT_NOT_NULL(pool);
     result = shef_result_take(pool);
     TEST_ASSERT_NOT_NULL(result);

@@ -82,7 +82,7 @@ void setUp(void)
     set_loopback(false);
     test_random = shef_test_random_start();
     shef_manual_clock_init(&manual, (shef_host_time){ SHEF_NS_PER_S });
-    pool = shef_result_pool_create(1, WIDTH_PX, HEIGHT_PX, false, NULL);
+    pool = shef_result_pool_create(1, WIDTH_PX, HEIGHT_PX, 0, NULL);
     TEST_ASSERT_NOT_NULL(pool);
     TEST_ASSERT_EQUAL(SHEF_OK, shef_publisher_create(&publisher, &params, &err));
 }

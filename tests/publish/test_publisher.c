@@ -30,7 +30,7 @@ void setUp(void)
 {
     test_random = shef_test_random_start();
     shef_manual_clock_init(&manual, (shef_host_time){ 5020 * SHEF_NS_PER_MS });
-    pool = shef_result_pool_create(N_RESULTS, WIDTH_PX, HEIGHT_PX, false, NULL);
+    pool = shef_result_pool_create(N_RESULTS, WIDTH_PX, HEIGHT_PX, 0, NULL);
     TEST_ASSERT_NOT_NULL(pool);
     err = (struct shef_error){ 0 };
 }

@@ -14,9 +14,9 @@ void tearDown(void)
     pool = NULL;
 }
 
-static void start(uint32_t n_results, bool has_dense)
+static void start(uint32_t n_results, uint32_t n_dense)
 {
-    pool = shef_result_pool_create(n_results, WIDTH_PX, HEIGHT_PX, has_dense, &err);
+    pool = shef_result_pool_create(n_results, WIDTH_PX, HEIGHT_PX, n_dense, &err);
     TEST_ASSERT_NOT_NULL_MESSAGE(pool, err.text);
 }
 
@@ -42,7 +42,7 @@ static void test_images_of_all_results_are_disjoint_and_aligned(void)
 {
     struct shef_result *results[3];
 
-    start(3, true);
+    start(3, 3);
     for (int i = 0; i < 3; i++) {
         results[i] = shef_result_take(pool);
         TEST_ASSERT_NOT_NULL(results[i]);
@@ -73,7 +73,7 @@ static void test_images_of_all_results_are_disjoint_and_aligned(void)
 
 static void test_a_result_comes_back_after_its_last_holder_and_starts_from_zero(void)
 {
-    start(1, false);
+    start(1, 0);
 
     struct shef_result *result = shef_result_take(pool);
 
@@ -100,16 +100,43 @@ static void test_a_result_comes_back_after_its_last_holder_and_starts_from_zero(
     shef_result_give(result);
 }
 
+static void test_dense_images_go_to_the_first_who_come_and_come_back_with_their_result(void)
+{
+    start(3, 1);
+
+    struct shef_result *first = shef_result_take(pool);
+    struct shef_result *second = shef_result_take(pool);
+
+    TEST_ASSERT_NOT_NULL(first->dense_disparity.data);
+    TEST_ASSERT_NOT_NULL(first->dense_confidence.data);
+    TEST_ASSERT_NULL(second->dense_disparity.data);
+    TEST_ASSERT_NULL(second->dense_confidence.data);
+    fill(second->sigma_m, 1.0f);
+    fill(first->dense_confidence, 2.0f);
+    expect(second->sigma_m, 1.0f);
+
+    shef_result_share(first);
+    shef_result_give(first);
+    shef_result_give(second);
+    second = shef_result_take(pool);
+    TEST_ASSERT_NULL(second->dense_disparity.data);
+    shef_result_give(first);
+    first = shef_result_take(pool);
+    TEST_ASSERT_NOT_NULL(first->dense_disparity.data);
+    shef_result_give(first);
+    shef_result_give(second);
+}
+
 static void test_impossible_pools_are_refused_with_a_sentence(void)
 {
-    TEST_ASSERT_NULL(shef_result_pool_create(0, 640, 480, false, &err));
+    TEST_ASSERT_NULL(shef_result_pool_create(0, 640, 480, 0, &err));
     TEST_ASSERT_EQUAL_STRING("pool of 0 results of 640x480 px: 1 to 64 are possible, of 1 to 16384 "
                              "px a side",
                              err.text);
-    TEST_ASSERT_NULL(shef_result_pool_create(65, 640, 480, false, &err));
-    TEST_ASSERT_NULL(shef_result_pool_create(1, 0, 480, false, &err));
-    TEST_ASSERT_NULL(shef_result_pool_create(1, 640, 16385, false, &err));
-    TEST_ASSERT_NULL(shef_result_pool_create(1, 16384, 16384, true, &err));
+    TEST_ASSERT_NULL(shef_result_pool_create(65, 640, 480, 0, &err));
+    TEST_ASSERT_NULL(shef_result_pool_create(1, 0, 480, 0, &err));
+    TEST_ASSERT_NULL(shef_result_pool_create(1, 640, 16385, 0, &err));
+    TEST_ASSERT_NULL(shef_result_pool_create(1, 16384, 16384, 1, &err));
     TEST_ASSERT_EQUAL(SHEF_ERR_INVALID, err.code);
 }
 
@@ -118,6 +145,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_images_of_all_results_are_disjoint_and_aligned);
     RUN_TEST(test_a_result_comes_back_after_its_last_holder_and_starts_from_zero);
+    RUN_TEST(test_dense_images_go_to_the_first_who_come_and_come_back_with_their_result);
     RUN_TEST(test_impossible_pools_are_refused_with_a_sentence);
     return UNITY_END();
 }
