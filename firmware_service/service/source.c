@@ -65,8 +65,8 @@ static enum shef_err open_frames(struct shef_source *source, struct shef_error *
     if (code != SHEF_OK)
         return code;
     source->n_frames = shef_recorded_frames_count(source->frames);
-    source->frame_pool = shef_pool_create(SHEF_RING_FRAMES + SHEF_SOURCE_FRAMES_HELD,
-                                          shef_recorded_frames_max_bytes(source->frames), err);
+    source->frame_pool =
+        shef_pool_create(SHEF_SOURCE_FRAMES, shef_recorded_frames_max_bytes(source->frames), err);
     return source->frame_pool ? SHEF_OK : SHEF_ERR_NO_MEMORY;
 }
 

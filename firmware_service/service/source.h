@@ -22,8 +22,15 @@
 extern "C" {
 #endif
 
-/* Frames that wait for their snapshots, in the stereo thread's hands. */
+/* Frames that wait for their snapshots, in the stereo thread's hands: at the start 8 until their
+ * delays show which trigger is whose, then 2, as the last event that counts for a frame comes 25 ms
+ * after its middle at most. */
 #define SHEF_SOURCE_FRAMES_HELD 12
+
+/* Buffers for frames, of 3 MB each: those above, one being read, and three on their way, which at
+ * 54 frames/s cover 55 ms; a frame that waits for 30 ms is left out anyway. Once the triggers are
+ * known, ten more are there for the recorder: 185 ms of a disk that stands still. */
+#define SHEF_SOURCE_FRAMES (SHEF_SOURCE_FRAMES_HELD + 4)
 
 struct shef_source {
     char path[SHEF_CONFIG_PATH_BYTES];

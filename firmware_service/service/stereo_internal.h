@@ -9,7 +9,7 @@
 #include "service/stereo_thread.h"
 #include "service/wiring.h"
 
-#define SHEF_STEREO_FRAMES    (SHEF_RING_FRAMES + SHEF_SOURCE_FRAMES_HELD)
+#define SHEF_STEREO_FRAMES    SHEF_SOURCE_FRAMES
 #define SHEF_STEREO_SNAPSHOTS 10
 #define SHEF_STEREO_POSES     128
 
