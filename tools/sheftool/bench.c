@@ -23,10 +23,10 @@ static enum shef_err run_once(struct shef_bench_case *one, const struct shef_ben
         return code;
 
     const int64_t start_ns = shef_monotonic_ns();
-    const int64_t start_cpu_ns = shef_thread_cpu_ns();
+    const int64_t start_cpu_ns = shef_stopwatch_cpu_ns();
 
     code = one->run(one->state, pair, number, err);
-    const int64_t cpu_ns = shef_thread_cpu_ns() - start_cpu_ns;
+    const int64_t cpu_ns = shef_stopwatch_cpu_ns() - start_cpu_ns;
     const int64_t wall_ns = shef_monotonic_ns() - start_ns;
 
     if (code != SHEF_OK || !counted)

@@ -140,11 +140,11 @@ static enum shef_err match_one(struct shef_matching *matching, size_t index, int
     }
 
     const int64_t start_ns = shef_monotonic_ns();
-    const int64_t start_cpu_ns = shef_thread_cpu_ns();
+    const int64_t start_cpu_ns = shef_stopwatch_cpu_ns();
 
     code = matching->kind->match(matching->matcher, &matching->frame, event,
                                  matching->dataset->pairs.at[index].number, &matching->output, err);
-    const int64_t cpu_ns = shef_thread_cpu_ns() - start_cpu_ns;
+    const int64_t cpu_ns = shef_stopwatch_cpu_ns() - start_cpu_ns;
 
     *out_total_ns = shef_monotonic_ns() - start_ns;
     if (code == SHEF_OK && around && settings->has_bias)

@@ -16,7 +16,7 @@ int64_t shef_monotonic_ns(void)
     return clock_ns(CLOCK_MONOTONIC);
 }
 
-int64_t shef_thread_cpu_ns(void)
+int64_t shef_stopwatch_cpu_ns(void)
 {
     return clock_ns(CLOCK_THREAD_CPUTIME_ID);
 }

@@ -16,7 +16,7 @@ extern "C" {
 int64_t shef_monotonic_ns(void);
 
 /* CPU time that the calling thread has used, ns. */
-int64_t shef_thread_cpu_ns(void);
+int64_t shef_stopwatch_cpu_ns(void);
 
 /* A growing list of durations of one kind of work. Zero it to start. */
 struct shef_timings {
