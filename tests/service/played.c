@@ -30,7 +30,7 @@ const char *played_recording(void)
     snprintf(path, sizeof path, "%s", shef_test_temp_path("played"));
     shef_test_process_run(&shefsim, "shefsim", NULL,
                           "render --scene simple_boxes --speed 0.2 --seconds 0.4 --seed 3 "
-                          "--truth-every 1000 --out %s",
+                          "--truth-every 4 --out %s",
                           path);
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, shefsim.status, shefsim.err);
     return path;

@@ -12,7 +12,7 @@
 #define PLAYED_FRAMES 21 /* in the recording: 0.4 s at 54 a second, the last ones cut off */
 
 /* The recording's folder; rendered at the first call, or what SHEF_TEST_RECORDING names:
- *   shefsim render --scene simple_boxes --speed 0.2 --seconds 0.4 --seed 3 --truth-every 1000 */
+ *   shefsim render --scene simple_boxes --speed 0.2 --seconds 0.4 --seed 3 --truth-every 4 */
 const char *played_recording(void);
 
 /* Settings for playing it: stepped, nothing published, recordings go to the temporary folder. */
