@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "core/latency.h"
+#include "service/shed.h"
 
 typedef _Atomic uint64_t shef_counter;
 
@@ -70,7 +71,6 @@ struct shef_counters {
                                                    * all of them */
     shef_counter n_frames_taken;                  /* out of the ring */
     shef_counter n_finished;                      /* handed to the publisher */
-    shef_counter n_shed[5];                       /* frames without this piece of work */
     shef_counter n_unpaired_snapshots;
     shef_counter n_ambiguous;
     shef_counter n_with_velocity;
@@ -83,6 +83,7 @@ struct shef_counters {
     struct shef_latency stereo; /* all of a frame */
     /* The publisher thread. */
     alignas(64) shef_counter n_results_done;
+    shef_counter n_shed[SHEF_SHED_FRAME]; /* of them, published without this piece of work */
     shef_counter n_results_stale; /* of them, left out: frames lost as SHEF_LOSS_NO_RESULT */
 };
 

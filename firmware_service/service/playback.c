@@ -249,7 +249,7 @@ void shef_playback_stop(struct shef_playback *playback)
     shef_stereo_stage_empty(playback->stereo);
     while (shef_link_pop(playback->results_in, &item) == SHEF_OK)
         if (item.result)
-            shef_publisher_result(playback->publisher, item.result);
+            shef_playback_publish(playback, item.result);
     newest = atomic_exchange(&playback->newest, NULL);
     if (newest)
         shef_result_give(newest);

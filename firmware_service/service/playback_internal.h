@@ -51,6 +51,9 @@ void shef_frames_thread(void *context);
 void shef_poses_thread(void *context);
 void shef_publisher_thread(void *context);
 
+/* Publishes a result and gives it back.            Thread: publisher; setup once it has ended. */
+void shef_playback_publish(struct shef_playback *playback, struct shef_result *result);
+
 /* Notes why the source ends before its end.                       Thread: any. */
 void shef_playback_fail(struct shef_playback *playback, const struct shef_error *err);
 

@@ -24,13 +24,21 @@ static bool is_stale(const struct shef_playback *playback, const struct shef_res
                after_ms * SHEF_NS_PER_MS;
 }
 
+void shef_playback_publish(struct shef_playback *playback, struct shef_result *result)
+{
+    /* A bit for each kind of work, in the order of the levels. */
+    for (int i = 0; i < SHEF_SHED_FRAME; i++)
+        shef_count(&playback->counters.n_shed[i], result->shed_bits >> i & 1);
+    shef_publisher_result(playback->publisher, result);
+}
+
 static void use_result(struct shef_playback *playback, const struct shef_result_item *item)
 {
     if (is_stale(playback, item)) {
         shef_count(&playback->counters.n_results_stale, 1);
         shef_result_give(item->result);
     } else {
-        shef_publisher_result(playback->publisher, item->result);
+        shef_playback_publish(playback, item->result);
     }
     shef_count(&playback->counters.n_results_done, 1);
 }

@@ -87,9 +87,9 @@ static json_t *frames_to_json(const struct shef_playback *playback)
                      "n_missing", get(&counters->n_frames_missing), "lost_by", losses, "shed_by",
                      "dense", get(&counters->n_shed[0]), "cloud", get(&counters->n_shed[1]),
                      "full_grid", get(&counters->n_shed[2]), "range", get(&counters->n_shed[3]),
-                     "frame", get(&counters->n_shed[4]), "shed_level", get(&counters->shed_level),
-                     "n_with_pose", get(&counters->n_with_velocity), "n_ambiguous",
-                     get(&counters->n_ambiguous));
+                     "frame", get(&counters->n_lost[SHEF_LOSS_SHED]), "shed_level",
+                     get(&counters->shed_level), "n_with_pose", get(&counters->n_with_velocity),
+                     "n_ambiguous", get(&counters->n_ambiguous));
 }
 
 /* ---- status ----------------------------------------------------------------------------- */

@@ -197,9 +197,6 @@ static bool decide(struct shef_stereo_stage *stage, int64_t wait_ns, uint32_t *o
         after_ms[i] = shef_live_get(&stage->params.live->shed_after_ms[i]);
     decision = shef_shed_next(&stage->shed, wait_ns, after_ms);
     shef_counter_set(&counters->shed_level, (uint64_t)stage->shed.n_levels);
-    for (int32_t i = 0; i < stage->shed.n_levels && !decision.drops_frame; i++)
-        shef_count(&counters->n_shed[i], 1);
-    shef_count(&counters->n_shed[SHEF_SHED_FRAME], decision.drops_frame);
     *out_bits = decision.bits;
     return !decision.drops_frame;
 }
