@@ -160,7 +160,8 @@ static void test_a_slow_chain_sheds_work_and_says_so(void)
     do {
         usleep(20000);
         status = played_ask(service, "status", NULL);
-        if (played_number(status, "frames.n_in") >= 8 * PLAYED_FRAMES)
+        if (played_number(status, "frames.n_in") >= 8 * PLAYED_FRAMES &&
+            played_number(status, "frames.n_published") > 0)
             break;
         json_decref(status);
     } while (true);
@@ -174,7 +175,6 @@ static void test_a_slow_chain_sheds_work_and_says_so(void)
                                        played_number(status, "frames.shed_by.full_grid"));
     TEST_ASSERT_GREATER_OR_EQUAL_INT64(played_number(status, "frames.shed_by.full_grid"),
                                        played_number(status, "frames.shed_by.cloud"));
-    TEST_ASSERT_GREATER_THAN_INT64(0, played_number(status, "frames.n_published"));
     json_decref(status);
     shef_service_stop(service);
     played_expect_accounted(service, 0);
