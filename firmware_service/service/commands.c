@@ -1,8 +1,10 @@
 /* What people may tell the service to do; docs/control.md describes it. */
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "control/command.h"
 #include "control/request.h"
@@ -120,6 +122,9 @@ static enum shef_err encode(const struct shef_result *result, json_t *answer,
         json_object_set_new(answer, "width_px", json_integer(picture.width_px));
         json_object_set_new(answer, "height_px", json_integer(picture.height_px));
         json_object_set_new(answer, "seq", json_integer((json_int_t)result->seq));
+        json_object_set_new(
+            answer, "red_m",
+            json_real(result->f_px * result->baseline_m / (double)result->max_disparity_px));
     }
     free(text);
     free(bytes);
@@ -223,6 +228,11 @@ static enum shef_err choose_folder(const struct shef_service *service, const jso
         gmtime_r(&now, &utc);
         strftime(name, sizeof name, "%Y%m%dT%H%M%SZ", &utc);
     }
+    if (access(service->config.record.folder, W_OK) != 0)
+        return shef_fail_os(err, errno,
+                            "record start: '%s', the folder for recordings, must be there and "
+                            "writable for the service's user; see record.folder",
+                            service->config.record.folder);
     n = snprintf(out_folder, n_bytes, "%s/%s", service->config.record.folder, name);
     if (n < 0 || (size_t)n >= n_bytes)
         return shef_fail(err, SHEF_ERR_INVALID, "record start '%s': the path is too long", name);

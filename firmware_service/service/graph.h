@@ -31,7 +31,7 @@ extern "C" {
 struct shef_graph_thread_row {
     const char *name;           /* at most 15 bytes */
     enum shef_config_thread id; /* policy, priority and processor come from the configuration */
-    const char *woken_by;       /* for people: "ring raw_events", "clock, at the next due buffer" */
+    const char *woken_by;       /* for people: "raw_events", "the next buffer's time" */
     int32_t deadline_ms;        /* how long one piece of its work may take; 0: none */
 };
 

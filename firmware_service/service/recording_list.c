@@ -39,7 +39,7 @@ enum shef_err shef_recording_list(const char *folder, json_t *answer, struct she
     json_t *list;
 
     if (n < 0)
-        return shef_fail_os(err, errno, "list the recordings in '%s'", folder);
+        return shef_fail_os(err, errno, "list the recordings in '%s', see record.folder", folder);
     list = json_array();
     for (int i = 0; i < n; i++) {
         char path[PATH_MAX];

@@ -105,6 +105,12 @@ void shef_window_start(struct shef_window *window, const struct shef_playback *p
     read_any(playback, &window->from, now);
 }
 
+/* A thread that has ended since is not asked any more and reads as 0. */
+static double share_of(int64_t to_ns, int64_t from_ns, double length_s)
+{
+    return to_ns > from_ns ? (double)(to_ns - from_ns) * 1e-9 / length_s : 0;
+}
+
 void shef_window_tick(struct shef_window *window, const struct shef_playback *playback,
                       shef_host_time now)
 {
@@ -121,7 +127,7 @@ void shef_window_tick(struct shef_window *window, const struct shef_playback *pl
     window->cpu_share = (double)(to.cpu_ns - window->from.cpu_ns) * 1e-9 / length_s;
     for (int i = 0; i < SHEF_WINDOW_THREADS; i++)
         window->thread_cpu_share[i] =
-            (double)(to.thread_cpu_ns[i] - window->from.thread_cpu_ns[i]) * 1e-9 / length_s;
+            share_of(to.thread_cpu_ns[i], window->from.thread_cpu_ns[i], length_s);
     for (int i = 0; i < SHEF_WINDOW_STAGES; i++)
         shef_latency_window(&to.stages[i], &window->from.stages[i], &window->stages[i]);
     window->from = to;

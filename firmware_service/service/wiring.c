@@ -2,15 +2,15 @@
 
 /* A buffer of events covers a few ms at most; a frame period at 54 fps is 18.5 ms. */
 static const struct shef_graph_thread_row threads[] = {
-    { "events", SHEF_THREAD_EVENTS, "clock, at the next due buffer", 2 },
-    { "frames", SHEF_THREAD_FRAMES, "clock, at the next due frame", 18 },
-    { "poses", SHEF_THREAD_POSES, "clock, at the next due pose", 8 },
-    { "filter", SHEF_THREAD_FILTER, "ring raw_events", 5 },
-    { "stereo", SHEF_THREAD_STEREO, "rings frames, snapshots, poses", 18 },
-    { "publisher", SHEF_THREAD_PUBLISHER, "ring results", 18 },
-    { "record_events", SHEF_THREAD_RECORDER, "ring record_events", 0 },
-    { "record_frames", SHEF_THREAD_RECORDER, "ring record_frames", 0 },
-    { "record_poses", SHEF_THREAD_RECORDER, "ring record_poses", 0 },
+    { "events", SHEF_THREAD_EVENTS, "the next buffer's time", 2 },
+    { "frames", SHEF_THREAD_FRAMES, "the next frame's time", 18 },
+    { "poses", SHEF_THREAD_POSES, "the next pose's time", 8 },
+    { "filter", SHEF_THREAD_FILTER, "raw_events", 5 },
+    { "stereo", SHEF_THREAD_STEREO, "frames, snapshots, poses", 18 },
+    { "publisher", SHEF_THREAD_PUBLISHER, "results", 18 },
+    { "record_events", SHEF_THREAD_RECORDER, "record_events", 0 },
+    { "record_frames", SHEF_THREAD_RECORDER, "record_frames", 0 },
+    { "record_poses", SHEF_THREAD_RECORDER, "record_poses", 0 },
 };
 
 static const struct shef_graph_ring_row rings[] = {

@@ -144,6 +144,7 @@ static void run(const char *words)
 static void test_a_snapshot_becomes_a_file(void)
 {
     char words[512];
+    char expected[512];
     uint8_t *bytes;
     size_t n_bytes;
 
@@ -151,7 +152,8 @@ static void test_a_snapshot_becomes_a_file(void)
     snprintf(words, sizeof words, "snapshot %s", shef_test_temp_path("now.png"));
     run(words);
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, ctl.status, ctl.err);
-    TEST_ASSERT_EQUAL_STRING("seq  77\n", ctl.out);
+    snprintf(expected, sizeof expected, "seq   77\nfile  %s\n", shef_test_temp_path("now.png"));
+    TEST_ASSERT_EQUAL_STRING(expected, ctl.out);
     TEST_ASSERT_EQUAL(SHEF_OK,
                       shef_file_read(shef_test_temp_path("now.png"), 1000, &bytes, &n_bytes, NULL));
     TEST_ASSERT_EQUAL_size_t(sizeof picture, n_bytes);
@@ -193,11 +195,11 @@ static void test_top_looks_as_often_as_it_is_told_to(void)
     start_usual();
     run("top --count 2 --interval 0.1");
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, ctl.status, ctl.err);
-    first = strstr(ctl.out, "  stereo    7.12\n");
+    first = strstr(ctl.out, "stages:  stereo 7.12 ms\n");
     TEST_ASSERT_NOT_NULL_MESSAGE(first, ctl.out);
-    first = strstr(first + 1, "  stereo    7.12\n");
+    first = strstr(first + 1, "stages:  stereo 7.12 ms\n");
     TEST_ASSERT_NOT_NULL_MESSAGE(first, ctl.out);
-    TEST_ASSERT_NULL(strstr(first + strlen("  stereo"), "stereo"));
+    TEST_ASSERT_NULL(strstr(first + strlen("stages:  stereo"), "stereo"));
     TEST_ASSERT_NULL_MESSAGE(strchr(ctl.out, '\033'), "commands for a terminal in a file");
 }
 

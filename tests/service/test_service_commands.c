@@ -8,6 +8,7 @@
 
 #include "calib/calibration.h"
 #include "core/base64.h"
+#include "core/clock.h"
 #include "played.h"
 #include "support/support.h"
 
@@ -111,6 +112,8 @@ static void test_a_snapshot_is_a_picture_of_the_newest_frame(void)
     played_wait(service);
     answer = played_ask(service, "snapshot", NULL);
     TEST_ASSERT_EQUAL_INT64(640, played_number(answer, "width_px"));
+    /* f b / d of the largest disparity: 555 px * 65.44 mm / 47 px. */
+    TEST_ASSERT_DOUBLE_WITHIN(0.001, 0.773, json_real_value(json_object_get(answer, "red_m")));
     TEST_ASSERT_GREATER_OR_EQUAL_INT64(PLAYED_FRAMES - 3, played_number(answer, "seq"));
     bytes = shef_base64_decode(json_string_value(json_object_get(answer, "png_base64")), &n_bytes);
     TEST_ASSERT_NOT_NULL(bytes);
@@ -154,6 +157,43 @@ static void test_what_is_recorded_while_playing_can_be_played(void)
     played_expect_accounted(service, 0);
     wait_for_frames(service, 5);
     end(service);
+}
+
+static void test_a_missing_folder_for_recordings_is_named_with_its_setting(void)
+{
+    struct shef_config config = played_config();
+    struct shef_service *service;
+    const char *text;
+
+    snprintf(config.record.folder, sizeof config.record.folder, "/no/such/folder");
+    service = played_start(&config);
+    text = played_refusal(service, "record start", NULL);
+    TEST_ASSERT_NOT_NULL(strstr(text, "'/no/such/folder'"));
+    TEST_ASSERT_NOT_NULL(strstr(text, "record.folder"));
+    text = played_refusal(service, "record list", NULL);
+    TEST_ASSERT_NOT_NULL(strstr(text, "record.folder"));
+    end(service);
+}
+
+static void test_threads_that_have_ended_use_no_processor(void)
+{
+    struct shef_config config = played_config();
+    struct shef_service *service = played_start(&config);
+    struct shef_window *window = &service->window;
+    shef_host_time now;
+
+    wait_for_frames(service, PLAYED_FRAMES / 2);
+    now = shef_clock_now(shef_clock_monotonic());
+    shef_window_start(window, service->playback, now);
+    TEST_ASSERT_GREATER_THAN_INT64(0, window->from.thread_cpu_ns[0]);
+    played_wait(service);
+    shef_service_stop(service);
+    now.ns += 2 * SHEF_NS_PER_S;
+    shef_window_tick(window, service->playback, now);
+    TEST_ASSERT_TRUE(window->length_s > 1.9);
+    for (int i = 0; i < SHEF_WINDOW_THREADS; i++)
+        TEST_ASSERT_TRUE_MESSAGE(window->thread_cpu_share[i] >= 0, shef_window_thread_name(i));
+    shef_service_destroy(service);
 }
 
 static void test_mistakes_are_one_sentence_and_harm_nothing(void)
@@ -254,6 +294,8 @@ int main(void)
     RUN_TEST(test_the_mode_changes_while_it_plays);
     RUN_TEST(test_a_snapshot_is_a_picture_of_the_newest_frame);
     RUN_TEST(test_what_is_recorded_while_playing_can_be_played);
+    RUN_TEST(test_a_missing_folder_for_recordings_is_named_with_its_setting);
+    RUN_TEST(test_threads_that_have_ended_use_no_processor);
     RUN_TEST(test_mistakes_are_one_sentence_and_harm_nothing);
     RUN_TEST(test_a_calibration_that_is_missing_or_of_another_size_is_named);
     RUN_TEST(test_a_recording_cut_short_is_played_and_named);

@@ -50,6 +50,7 @@ static enum shef_ctl_status save_picture(const struct shef_ctl_options *options,
     code = shef_file_replace(options->word, bytes, n_bytes, err);
     free(bytes);
     json_object_del(answer, "png_base64");
+    json_object_set_new(answer, "file", json_string(options->word));
     return code == SHEF_OK ? SHEF_CTL_OK : SHEF_CTL_FAILED;
 }
 

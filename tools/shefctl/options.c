@@ -13,8 +13,12 @@
 
 static const struct shef_ctl_command commands[] = {
     COMMAND("status", "", "what the service does and how it fares", .options = ""),
-    COMMAND("top", "", "rates, drops, backlog and latency, live", .options = "in"),
-    COMMAND("graph", "", "threads, and the rings between them", .options = ""),
+    COMMAND("top", "", "rates, drops, backlog and latency, live", .options = "in",
+            .columns = "name,rate_hz,p50_ms,p99_ms,max_ms,capacity,count,high_water,n_pushed,"
+                       "n_lost"),
+    COMMAND("graph", "", "threads, and the rings between them", .options = "",
+            .columns = "name,priority,granted,cpu,deadline_ms,woken_by,producer,consumer,capacity,"
+                       "count,high_water,n_lost"),
     COMMAND("kernels", "", "which implementations were picked for this processor", .options = ""),
     COMMAND("mode", "[NAME]", "the matching mode; with a NAME, change it", .options = "",
             .max_words = 1, .argument = "name"),
@@ -27,8 +31,7 @@ static const struct shef_ctl_command commands[] = {
             .argument = "name"),
     COMMAND("record stop", "", "end the recording and say what was lost", .options = ""),
     COMMAND("record list", "", "list the recordings there are", .options = ""),
-    COMMAND("config", "", "list the settings in force", .options = "",
-            .columns = "key,value,default,range,live"),
+    COMMAND("config", "", "list the settings in force", .options = "", .columns = "key,value,live"),
 };
 
 #define N_COMMANDS ((int)(sizeof commands / sizeof commands[0]))

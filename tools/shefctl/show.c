@@ -4,9 +4,10 @@
 #include <stdbool.h>
 #include <string.h>
 
-#define TEXT_BYTES  1024
-#define MAX_COLUMNS 24
-#define INDENT      2
+#define TEXT_BYTES   1024
+#define MAX_COLUMNS  24
+#define INDENT       2
+#define LINE_COLUMNS 80
 
 /* How numbers with this unit are printed. */
 static const struct {
@@ -154,14 +155,29 @@ static void add_column(struct table *table, const char *key, size_t n_key)
         memcpy(table->keys[table->n_columns++], name, sizeof name);
 }
 
-/* The wanted columns, or those of any row in the order in which they first appear. */
+static bool has_column(const struct table *table, const char *key, size_t n_key)
+{
+    size_t i;
+    json_t *row;
+
+    json_array_foreach(table->rows, i, row)
+    {
+        if (json_object_getn(row, key, n_key))
+            return true;
+    }
+    return false;
+}
+
+/* The wanted columns that there are, or those of any row in the order in which they first
+ * appear. */
 static void find_columns(struct table *table, const char *columns)
 {
     size_t i;
     json_t *row;
 
     for (; columns && *columns; columns += strcspn(columns, ","), columns += *columns == ',')
-        add_column(table, columns, strcspn(columns, ","));
+        if (has_column(table, columns, strcspn(columns, ",")))
+            add_column(table, columns, strcspn(columns, ","));
     if (table->n_columns > 0)
         return;
     json_array_foreach(table->rows, i, row)
@@ -270,14 +286,120 @@ static void print_below(json_t *value, const char *columns, int indent, FILE *ou
     }
 }
 
+/* Names and values one after the other, folded before the line's end. */
+struct run {
+    FILE *out;
+    int indent; /* of the lines that follow the first */
+    int at;     /* the column reached */
+    bool is_begun;
+};
+
+static void add_to_run(struct run *run, const char *name, const char *key, const json_t *value)
+{
+    char text[TEXT_BYTES];
+    char item[2 * TEXT_BYTES];
+    char unused[64];
+    const char *unit = shef_show_unit(key, unused, sizeof unused);
+
+    shef_show_value(key, value, text, sizeof text);
+    snprintf(item, sizeof item, "%s %s%s%s", name, text, json_is_number(value) && *unit ? " " : "",
+             json_is_number(value) ? unit : "");
+    if (run->is_begun && run->at + 2 + width_of(item) >= LINE_COLUMNS) {
+        fprintf(run->out, ",\n%*s", run->indent, "");
+        run->at = run->indent;
+    } else if (run->is_begun) {
+        fputs(", ", run->out);
+        run->at += 2;
+    }
+    fputs(item, run->out);
+    run->at += width_of(item);
+    run->is_begun = true;
+}
+
+/* Single values, but sentences and lists, which have commas of their own. */
+static bool fits_run(const json_t *value)
+{
+    return !json_is_object(value) && !json_is_array(value) &&
+           !(json_is_string(value) && strchr(json_string_value(value), ' '));
+}
+
+static bool is_run(json_t *object)
+{
+    for (void *at = json_object_iter(object); at; at = json_object_iter_next(object, at))
+        if (!fits_run(json_object_iter_value(at)))
+            return false;
+    return json_object_size(object) > 0;
+}
+
+static void run_members(struct run *run, json_t *object)
+{
+    for (void *at = json_object_iter(object); at; at = json_object_iter_next(object, at)) {
+        char name[128];
+
+        if (!fits_run(json_object_iter_value(at)))
+            continue;
+        shef_show_unit(json_object_iter_key(at), name, sizeof name);
+        add_to_run(run, name, json_object_iter_key(at), json_object_iter_value(at));
+    }
+}
+
+/* The key of the only value beside "name" in each row, or NULL. */
+static const char *key_of_pairs(json_t *rows)
+{
+    const char *key = NULL;
+    size_t i;
+    json_t *row;
+
+    json_array_foreach(rows, i, row)
+    {
+        if (json_object_size(row) != 2 || !json_is_string(json_object_get(row, "name")))
+            return NULL;
+        for (void *at = json_object_iter(row); at; at = json_object_iter_next(row, at)) {
+            if (strcmp(json_object_iter_key(at), "name") == 0)
+                continue;
+            if (!fits_run(json_object_iter_value(at)) ||
+                (key && strcmp(key, json_object_iter_key(at)) != 0))
+                return NULL;
+            key = json_object_iter_key(at);
+        }
+    }
+    return key;
+}
+
+static void run_pairs(struct run *run, json_t *rows, const char *key)
+{
+    size_t i;
+    json_t *row;
+
+    json_array_foreach(rows, i, row)
+    {
+        char name[TEXT_BYTES];
+
+        shef_show_value("name", json_object_get(row, "name"), name, sizeof name);
+        add_to_run(run, name, key, json_object_get(row, key));
+    }
+}
+
 static void print_member(const char *key, json_t *value, const char *columns, int indent,
                          int name_width, FILE *out)
 {
     char name[128];
     char text[TEXT_BYTES];
     const char *unit = shef_show_unit(key, name, sizeof name);
+    const char *pairs = is_table(value) ? key_of_pairs(value) : NULL;
 
     fprintf(out, "%*s", indent, "");
+    if (pairs || (json_is_object(value) && is_run(value))) {
+        const int n_head = fprintf(out, "%s:  ", name);
+        struct run run = { .out = out, .indent = indent + INDENT, .at = indent + n_head };
+
+        if (pairs)
+            run_pairs(&run, value, pairs);
+        else
+            run_members(&run, value);
+        fputc('\n', out);
+        return;
+    }
     if (!is_inline(value)) {
         fprintf(out, "%s:\n", name);
         print_below(value, columns, indent + INDENT, out);
@@ -291,19 +413,31 @@ static void print_member(const char *key, json_t *value, const char *columns, in
             json_is_number(value) ? unit : "");
 }
 
+/* The outermost object has a line for each value; inside, single values share lines. */
 static void print_object(json_t *object, const char *columns, int indent, FILE *out)
 {
+    const bool is_inside = indent > 0;
+    struct run run = { .out = out, .indent = indent, .at = indent };
     int name_width = 0;
     char name[128];
 
     for (void *at = json_object_iter(object); at; at = json_object_iter_next(object, at)) {
+        const json_t *value = json_object_iter_value(at);
+
         shef_show_unit(json_object_iter_key(at), name, sizeof name);
-        if (is_inline(json_object_iter_value(at)) && width_of(name) > name_width)
+        if (is_inside && fits_run(value) && !run.is_begun) {
+            fprintf(out, "%*s", indent, "");
+            run_members(&run, object);
+            fputc('\n', out);
+        } else if (is_inline(value) && !(is_inside && fits_run(value)) &&
+                   width_of(name) > name_width) {
             name_width = width_of(name);
+        }
     }
     for (void *at = json_object_iter(object); at; at = json_object_iter_next(object, at))
-        print_member(json_object_iter_key(at), json_object_iter_value(at), columns, indent,
-                     name_width, out);
+        if (!is_inside || !fits_run(json_object_iter_value(at)))
+            print_member(json_object_iter_key(at), json_object_iter_value(at), columns, indent,
+                         name_width, out);
 }
 
 void shef_show(json_t *answer, const char *columns, FILE *out)

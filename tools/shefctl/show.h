@@ -1,4 +1,5 @@
-/* Prints any JSON answer for people: nested lists of names and values, tables for arrays of
+/* Prints any JSON answer for people, in 80 columns as far as the texts allow: a line for each value
+ * of the answer itself, values of the objects in it one after the other, tables for arrays of
  * objects. Knows nothing of what the values mean but the unit at the end of their names, as
  * everywhere in SHEF: p50_ms, rate_hz, memory_bytes. Thread: main. */
 #ifndef SHEFCTL_SHOW_H
@@ -9,7 +10,8 @@
 #include <jansson.h>
 
 /* Prints a whole answer.
- *   columns  names of the columns of tables, separated by commas, in this order; NULL: all */
+ *   columns  names of the columns of tables, separated by commas, in this order; each table has
+ *            those that its rows know; NULL: all */
 void shef_show(json_t *answer, const char *columns, FILE *out);
 
 /* A single value as text, as a cell of a table shows it: without unit.
