@@ -1,13 +1,11 @@
 /* 8 cells at a time: AVX2. */
 #include <immintrin.h>
-
 #include "core/cpu.h"
 #include "pipeline/kernels/decay.h"
+#include "pipeline/kernels/vec_avx2.h"
 
-#define VEC_CELLS 8
 typedef __m256 vec_f;
 typedef __m256i vec_i;
-typedef __m256i vec_w;
 
 /* Lanes come in the order 0 1 4 5 2 3 6 7. */
 static inline void vec_load_cells(const struct shef_decay_cell *cells, vec_i *level, vec_i *t_us)
@@ -94,34 +92,9 @@ static inline vec_f vec_mul_f(vec_f a, vec_f b)
     return _mm256_mul_ps(a, b);
 }
 
-static inline vec_w vec_load_w(const int16_t *from)
-{
-    return _mm256_loadu_si256((const __m256i *)(const void *)from);
-}
-
-static inline void vec_store_w(int16_t *to, vec_w a)
-{
-    _mm256_storeu_si256((__m256i *)(void *)to, a);
-}
-
-static inline vec_w vec_set_w(int16_t value)
-{
-    return _mm256_set1_epi16(value);
-}
-
-static inline vec_w vec_sub_w(vec_w a, vec_w b)
-{
-    return _mm256_sub_epi16(a, b);
-}
-
-static inline vec_w vec_add_saturated_w(vec_w a, vec_w b)
+static inline vec vec_add_saturated(vec a, vec b)
 {
     return _mm256_adds_epi16(a, b);
-}
-
-static inline vec_w vec_mulhrs_w(vec_w a, vec_w b)
-{
-    return _mm256_mulhrs_epi16(a, b);
 }
 
 #include "pipeline/kernels/decay_vec.h"

@@ -1,13 +1,11 @@
 /* 16 cells at a time: AVX-512. */
 #include <immintrin.h>
-
 #include "core/cpu.h"
 #include "pipeline/kernels/decay.h"
+#include "pipeline/kernels/vec_avx512.h"
 
-#define VEC_CELLS 16
 typedef __m512 vec_f;
 typedef __m512i vec_i;
-typedef __m512i vec_w;
 
 /* Within each quarter of a vector lanes come in the order 0 1 of the first eight cells' quarter,
  * then 0 1 of the second's; see vec_store_values(). */
@@ -94,34 +92,9 @@ static inline vec_f vec_mul_f(vec_f a, vec_f b)
     return _mm512_mul_ps(a, b);
 }
 
-static inline vec_w vec_load_w(const int16_t *from)
-{
-    return _mm512_loadu_si512(from);
-}
-
-static inline void vec_store_w(int16_t *to, vec_w a)
-{
-    _mm512_storeu_si512(to, a);
-}
-
-static inline vec_w vec_set_w(int16_t value)
-{
-    return _mm512_set1_epi16(value);
-}
-
-static inline vec_w vec_sub_w(vec_w a, vec_w b)
-{
-    return _mm512_sub_epi16(a, b);
-}
-
-static inline vec_w vec_add_saturated_w(vec_w a, vec_w b)
+static inline vec vec_add_saturated(vec a, vec b)
 {
     return _mm512_adds_epi16(a, b);
-}
-
-static inline vec_w vec_mulhrs_w(vec_w a, vec_w b)
-{
-    return _mm512_mulhrs_epi16(a, b);
 }
 
 #include "pipeline/kernels/decay_vec.h"

@@ -1,13 +1,11 @@
 /* 4 cells at a time: NEON of arm64. */
 #include <arm_neon.h>
-
 #include "core/cpu.h"
 #include "pipeline/kernels/decay.h"
+#include "pipeline/kernels/vec_neon.h"
 
-#define VEC_CELLS 4
 typedef float32x4_t vec_f;
 typedef int32x4_t vec_i;
-typedef int16x8_t vec_w;
 
 static inline void vec_load_cells(const struct shef_decay_cell *cells, vec_i *level, vec_i *t_us)
 {
@@ -88,36 +86,9 @@ static inline vec_f vec_mul_f(vec_f a, vec_f b)
     return vmulq_f32(a, b);
 }
 
-static inline vec_w vec_load_w(const int16_t *from)
-{
-    return vld1q_s16(from);
-}
-
-static inline void vec_store_w(int16_t *to, vec_w a)
-{
-    vst1q_s16(to, a);
-}
-
-static inline vec_w vec_set_w(int16_t value)
-{
-    return vdupq_n_s16(value);
-}
-
-static inline vec_w vec_sub_w(vec_w a, vec_w b)
-{
-    return vsubq_s16(a, b);
-}
-
-static inline vec_w vec_add_saturated_w(vec_w a, vec_w b)
+static inline vec vec_add_saturated(vec a, vec b)
 {
     return vqaddq_s16(a, b);
-}
-
-/* (2ab + 2^15) >> 16: the same rounding; it saturates only at -2^15 squared, and no weight is
- * negative. */
-static inline vec_w vec_mulhrs_w(vec_w a, vec_w b)
-{
-    return vqrdmulhq_s16(a, b);
 }
 
 #include "pipeline/kernels/decay_vec.h"

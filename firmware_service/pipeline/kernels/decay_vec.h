@@ -1,13 +1,13 @@
 /* The read-out on vectors, written once for every instruction set.
  *
- * The including file first defines
- *   vec_f, vec_i           VEC_CELLS lanes of float and int32
- *   vec_w                  2 * VEC_CELLS lanes of int16
- *   the vec_ functions used here
- * vec_load_cells() and vec_store_values() may keep the lanes in an order of their own, as long as
- * the second undoes the first. The meaning of every line is in decay_c.c. */
+ * The including file first includes its vec_*.h and defines vec_f and vec_i, VEC_CELLS lanes of
+ * float and of int32, and the further vec_ functions used here. vec_load_cells() and
+ * vec_store_values() may keep the lanes in an order of their own, as long as the second undoes the
+ * first. The meaning of every line is in decay_c.c. */
 
 #include "pipeline/kernels/decay.h"
+
+#define VEC_CELLS (VEC_LANES / 2)
 
 static const float poly[] = SHEF_DECAY_POLY;
 
@@ -37,7 +37,7 @@ static void row_vec(int16_t *out_values, const struct shef_decay_cell *cells, in
 {
     int32_t i = 0;
 
-    for (; i + 2 * VEC_CELLS <= n; i += 2 * VEC_CELLS)
+    for (; i + VEC_LANES <= n; i += VEC_LANES)
         vec_store_values(out_values + i, vec_values(cells + i, decay),
                          vec_values(cells + i + VEC_CELLS, decay));
     shef_decay_kernels_c.row(out_values + i, cells + i, n - i, decay);
@@ -46,16 +46,15 @@ static void row_vec(int16_t *out_values, const struct shef_decay_cell *cells, in
 static void accrue_vec(int16_t *values, int16_t *before, const int16_t *sums, int32_t n,
                        int16_t weight_q15)
 {
-    const vec_w weight = vec_set_w(weight_q15);
+    const vec weight = vec_set1(weight_q15);
     int32_t i = 0;
 
-    for (; i + 2 * VEC_CELLS <= n; i += 2 * VEC_CELLS) {
-        const vec_w now = vec_load_w(sums + i);
-        const vec_w gained = vec_sub_w(now, vec_load_w(before + i));
+    for (; i + VEC_LANES <= n; i += VEC_LANES) {
+        const vec now = vec_load(sums + i);
+        const vec gained = vec_sub(now, vec_load(before + i));
 
-        vec_store_w(values + i,
-                    vec_add_saturated_w(vec_load_w(values + i), vec_mulhrs_w(gained, weight)));
-        vec_store_w(before + i, now);
+        vec_store(values + i, vec_add_saturated(vec_load(values + i), vec_mulhrs(gained, weight)));
+        vec_store(before + i, now);
     }
     shef_decay_kernels_c.accrue(values + i, before + i, sums + i, n - i, weight_q15);
 }

@@ -4,81 +4,16 @@
 
 #include "core/cpu.h"
 #include "pipeline/kernels/gradient.h"
-
-#define VEC_LANES 16
-typedef __m256i vec;
-typedef __m256i vec_select;
-
-static inline vec vec_load(const int16_t *from)
-{
-    return _mm256_loadu_si256((const __m256i *)(const void *)from);
-}
+#include "pipeline/kernels/vec_avx2.h"
 
 static inline vec vec_load_pixels(const uint8_t *from)
 {
     return _mm256_cvtepu8_epi16(_mm_loadu_si128((const __m128i *)(const void *)from));
 }
 
-static inline void vec_store(int16_t *to, vec a)
-{
-    _mm256_storeu_si256((__m256i *)(void *)to, a);
-}
-
-static inline vec vec_set1(int16_t value)
-{
-    return _mm256_set1_epi16(value);
-}
-
-static inline vec vec_add(vec a, vec b)
-{
-    return _mm256_add_epi16(a, b);
-}
-
-static inline vec vec_sub(vec a, vec b)
-{
-    return _mm256_sub_epi16(a, b);
-}
-
 static inline vec vec_xor(vec a, vec b)
 {
     return _mm256_xor_si256(a, b);
-}
-
-static inline vec vec_mulhrs(vec a, vec b)
-{
-    return _mm256_mulhrs_epi16(a, b);
-}
-
-static inline vec vec_abs(vec a)
-{
-    return _mm256_abs_epi16(a);
-}
-
-static inline vec_select vec_above(vec a, vec b)
-{
-    return _mm256_cmpgt_epi16(a, b);
-}
-
-static inline vec_select vec_both(vec_select a, vec_select b)
-{
-    return _mm256_and_si256(a, b);
-}
-
-static inline vec_select vec_both_not(vec_select a, vec_select not_b)
-{
-    return _mm256_andnot_si256(not_b, a);
-}
-
-static inline vec vec_choose(vec_select which, vec yes, vec no)
-{
-    return _mm256_blendv_epi8(no, yes, which);
-}
-
-static inline uint32_t vec_bits(vec_select which)
-{
-    const __m256i bytes = _mm256_packs_epi16(which, _mm256_setzero_si256());
-
-    return (uint32_t)_mm256_movemask_epi8(_mm256_permute4x64_epi64(bytes, 0xd8));
 }
 
 static inline __m256i length_of(__m256i pairs)

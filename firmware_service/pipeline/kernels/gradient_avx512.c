@@ -4,79 +4,16 @@
 
 #include "core/cpu.h"
 #include "pipeline/kernels/gradient.h"
-
-#define VEC_LANES 32
-typedef __m512i vec;
-typedef __mmask32 vec_select;
-
-static inline vec vec_load(const int16_t *from)
-{
-    return _mm512_loadu_si512(from);
-}
+#include "pipeline/kernels/vec_avx512.h"
 
 static inline vec vec_load_pixels(const uint8_t *from)
 {
     return _mm512_cvtepu8_epi16(_mm256_loadu_si256((const __m256i *)(const void *)from));
 }
 
-static inline void vec_store(int16_t *to, vec a)
-{
-    _mm512_storeu_si512(to, a);
-}
-
-static inline vec vec_set1(int16_t value)
-{
-    return _mm512_set1_epi16(value);
-}
-
-static inline vec vec_add(vec a, vec b)
-{
-    return _mm512_add_epi16(a, b);
-}
-
-static inline vec vec_sub(vec a, vec b)
-{
-    return _mm512_sub_epi16(a, b);
-}
-
 static inline vec vec_xor(vec a, vec b)
 {
     return _mm512_xor_si512(a, b);
-}
-
-static inline vec vec_mulhrs(vec a, vec b)
-{
-    return _mm512_mulhrs_epi16(a, b);
-}
-
-static inline vec vec_abs(vec a)
-{
-    return _mm512_abs_epi16(a);
-}
-
-static inline vec_select vec_above(vec a, vec b)
-{
-    return _mm512_cmpgt_epi16_mask(a, b);
-}
-
-static inline vec_select vec_both(vec_select a, vec_select b)
-{
-    return a & b;
-}
-
-static inline vec_select vec_both_not(vec_select a, vec_select not_b)
-{
-    return a & ~not_b;
-}
-
-static inline vec vec_choose(vec_select which, vec yes, vec no)
-{
-    return _mm512_mask_blend_epi16(which, no, yes);
-}
-
-static inline uint32_t vec_bits(vec_select which)
-{
-    return which;
 }
 
 static inline __m512i length_of(__m512i pairs)

@@ -4,82 +4,16 @@
 
 #include "core/cpu.h"
 #include "pipeline/kernels/gradient.h"
-
-#define VEC_LANES 8
-typedef int16x8_t vec;
-typedef uint16x8_t vec_select;
-
-static inline vec vec_load(const int16_t *from)
-{
-    return vld1q_s16(from);
-}
+#include "pipeline/kernels/vec_neon.h"
 
 static inline vec vec_load_pixels(const uint8_t *from)
 {
     return vreinterpretq_s16_u16(vmovl_u8(vld1_u8(from)));
 }
 
-static inline void vec_store(int16_t *to, vec a)
-{
-    vst1q_s16(to, a);
-}
-
-static inline vec vec_set1(int16_t value)
-{
-    return vdupq_n_s16(value);
-}
-
-static inline vec vec_add(vec a, vec b)
-{
-    return vaddq_s16(a, b);
-}
-
-static inline vec vec_sub(vec a, vec b)
-{
-    return vsubq_s16(a, b);
-}
-
 static inline vec vec_xor(vec a, vec b)
 {
     return veorq_s16(a, b);
-}
-
-/* (2ab + 2^15) >> 16: the same rounding; it saturates only at -2^15 squared. */
-static inline vec vec_mulhrs(vec a, vec b)
-{
-    return vqrdmulhq_s16(a, b);
-}
-
-static inline vec vec_abs(vec a)
-{
-    return vabsq_s16(a);
-}
-
-static inline vec_select vec_above(vec a, vec b)
-{
-    return vcgtq_s16(a, b);
-}
-
-static inline vec_select vec_both(vec_select a, vec_select b)
-{
-    return vandq_u16(a, b);
-}
-
-static inline vec_select vec_both_not(vec_select a, vec_select not_b)
-{
-    return vbicq_u16(a, not_b);
-}
-
-static inline vec vec_choose(vec_select which, vec yes, vec no)
-{
-    return vbslq_s16(which, yes, no);
-}
-
-static inline uint32_t vec_bits(vec_select which)
-{
-    static const uint16_t bits[VEC_LANES] = { 1, 2, 4, 8, 16, 32, 64, 128 };
-
-    return vaddvq_u16(vandq_u16(which, vld1q_u16(bits)));
 }
 
 static inline int16x4_t length_of(int16x4_t gx, int16x4_t gy)

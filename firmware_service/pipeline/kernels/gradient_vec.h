@@ -1,7 +1,7 @@
 /* The gradient kernels on vectors of 16-bit lanes, written once for every instruction set.
  *
- * The including file first defines `vec`, `vec_select` and the vec_ functions used here on
- * VEC_LANES lanes; VEC_LANES divides 32. The meaning of every line is in gradient_c.c. */
+ * The including file first includes its vec_*.h and defines the further vec_ functions used here.
+ * The meaning of every line is in gradient_c.c. */
 
 #include "pipeline/kernels/gradient.h"
 

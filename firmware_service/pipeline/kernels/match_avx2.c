@@ -1,27 +1,18 @@
 /* 16 lanes: AVX2. */
 #include <immintrin.h>
-
 #include "core/cpu.h"
+#include "pipeline/kernels/vec_avx2.h"
 
-#define VEC_LANES 16
-typedef __m256i vec;
-typedef __m256i vec_select;
-
-static inline vec vec_load(const void *from, int32_t n)
+static inline vec vec_load_first(const void *from, int32_t n)
 {
     (void)n;
     return _mm256_loadu_si256((const __m256i *)from);
 }
 
-static inline void vec_store(void *to, vec a, int32_t n)
+static inline void vec_store_first(void *to, vec a, int32_t n)
 {
     (void)n;
     _mm256_storeu_si256((__m256i *)to, a);
-}
-
-static inline vec vec_set1(int16_t value)
-{
-    return _mm256_set1_epi16(value);
 }
 
 static inline vec vec_iota(void)
@@ -29,24 +20,9 @@ static inline vec vec_iota(void)
     return _mm256_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
 }
 
-static inline vec vec_add(vec a, vec b)
-{
-    return _mm256_add_epi16(a, b);
-}
-
-static inline vec vec_sub(vec a, vec b)
-{
-    return _mm256_sub_epi16(a, b);
-}
-
 static inline vec vec_mul(vec a, vec b)
 {
     return _mm256_mullo_epi16(a, b);
-}
-
-static inline vec vec_mulhrs(vec a, vec b)
-{
-    return _mm256_mulhrs_epi16(a, b);
 }
 
 static inline vec vec_dot_pairs(vec unsigned_pairs, vec signed_pairs)
@@ -54,34 +30,9 @@ static inline vec vec_dot_pairs(vec unsigned_pairs, vec signed_pairs)
     return _mm256_maddubs_epi16(unsigned_pairs, signed_pairs);
 }
 
-static inline vec vec_shift_left(vec a, int bits)
-{
-    return _mm256_sll_epi16(a, _mm_cvtsi32_si128(bits));
-}
-
-static inline vec vec_abs(vec a)
-{
-    return _mm256_abs_epi16(a);
-}
-
-static inline vec vec_average(vec a, vec b)
-{
-    return _mm256_avg_epu16(a, b);
-}
-
-static inline vec vec_min(vec a, vec b)
+static inline vec vec_min_unsigned(vec a, vec b)
 {
     return _mm256_min_epu16(a, b);
-}
-
-static inline vec vec_min_signed(vec a, vec b)
-{
-    return _mm256_min_epi16(a, b);
-}
-
-static inline vec vec_max_signed(vec a, vec b)
-{
-    return _mm256_max_epi16(a, b);
 }
 
 static inline vec vec_min_of_first(vec so_far, vec a, int32_t n)
@@ -95,16 +46,6 @@ static inline uint16_t vec_smallest(vec a)
     const __m128i half = _mm_min_epu16(_mm256_castsi256_si128(a), _mm256_extracti128_si256(a, 1));
 
     return (uint16_t)_mm_cvtsi128_si32(_mm_minpos_epu16(half));
-}
-
-static inline vec_select vec_below(vec a, vec limit)
-{
-    return _mm256_cmpgt_epi16(limit, a);
-}
-
-static inline vec vec_choose(vec_select which, vec yes, vec no)
-{
-    return _mm256_blendv_epi8(no, yes, which);
 }
 
 static inline int32_t vec_first_equal(vec a, vec b)

@@ -1,31 +1,22 @@
 /* 32 lanes: AVX-512 F, BW, VL, DQ. */
 #include <immintrin.h>
-
 #include "core/cpu.h"
-
-#define VEC_LANES 32
-typedef __m512i vec;
-typedef __mmask32 vec_select;
+#include "pipeline/kernels/vec_avx512.h"
 
 /* A row's last vector holds 16 or 32 lanes. Half a vector is moved as one: masked stores are slow
  * on some processors. */
-static inline vec vec_load(const void *from, int32_t n)
+static inline vec vec_load_first(const void *from, int32_t n)
 {
     return n >= VEC_LANES ? _mm512_loadu_si512(from)
                           : _mm512_zextsi256_si512(_mm256_loadu_si256((const __m256i *)from));
 }
 
-static inline void vec_store(void *to, vec a, int32_t n)
+static inline void vec_store_first(void *to, vec a, int32_t n)
 {
     if (n >= VEC_LANES)
         _mm512_storeu_si512(to, a);
     else
         _mm256_storeu_si256((__m256i *)to, _mm512_castsi512_si256(a));
-}
-
-static inline vec vec_set1(int16_t value)
-{
-    return _mm512_set1_epi16(value);
 }
 
 static inline vec vec_iota(void)
@@ -35,24 +26,9 @@ static inline vec vec_iota(void)
                                                  28, 29, 30, 31));
 }
 
-static inline vec vec_add(vec a, vec b)
-{
-    return _mm512_add_epi16(a, b);
-}
-
-static inline vec vec_sub(vec a, vec b)
-{
-    return _mm512_sub_epi16(a, b);
-}
-
 static inline vec vec_mul(vec a, vec b)
 {
     return _mm512_mullo_epi16(a, b);
-}
-
-static inline vec vec_mulhrs(vec a, vec b)
-{
-    return _mm512_mulhrs_epi16(a, b);
 }
 
 static inline vec vec_dot_pairs(vec unsigned_pairs, vec signed_pairs)
@@ -60,34 +36,9 @@ static inline vec vec_dot_pairs(vec unsigned_pairs, vec signed_pairs)
     return _mm512_maddubs_epi16(unsigned_pairs, signed_pairs);
 }
 
-static inline vec vec_shift_left(vec a, int bits)
-{
-    return _mm512_sll_epi16(a, _mm_cvtsi32_si128(bits));
-}
-
-static inline vec vec_abs(vec a)
-{
-    return _mm512_abs_epi16(a);
-}
-
-static inline vec vec_average(vec a, vec b)
-{
-    return _mm512_avg_epu16(a, b);
-}
-
-static inline vec vec_min(vec a, vec b)
+static inline vec vec_min_unsigned(vec a, vec b)
 {
     return _mm512_min_epu16(a, b);
-}
-
-static inline vec vec_min_signed(vec a, vec b)
-{
-    return _mm512_min_epi16(a, b);
-}
-
-static inline vec vec_max_signed(vec a, vec b)
-{
-    return _mm512_max_epi16(a, b);
 }
 
 static inline vec vec_min_of_first(vec so_far, vec a, int32_t n)
@@ -104,16 +55,6 @@ static inline uint16_t vec_smallest(vec a)
         _mm_min_epu16(_mm256_castsi256_si128(half), _mm256_extracti128_si256(half, 1));
 
     return (uint16_t)_mm_cvtsi128_si32(_mm_minpos_epu16(quarter));
-}
-
-static inline vec_select vec_below(vec a, vec limit)
-{
-    return _mm512_cmplt_epi16_mask(a, limit);
-}
-
-static inline vec vec_choose(vec_select which, vec yes, vec no)
-{
-    return _mm512_mask_blend_epi16(which, no, yes);
 }
 
 static inline int32_t vec_first_equal(vec a, vec b)

@@ -1,27 +1,18 @@
 /* 8 lanes: NEON of arm64. */
 #include <arm_neon.h>
-
 #include "core/cpu.h"
+#include "pipeline/kernels/vec_neon.h"
 
-#define VEC_LANES 8
-typedef int16x8_t vec;
-typedef uint16x8_t vec_select;
-
-static inline vec vec_load(const void *from, int32_t n)
+static inline vec vec_load_first(const void *from, int32_t n)
 {
     (void)n;
     return vreinterpretq_s16_u8(vld1q_u8(from));
 }
 
-static inline void vec_store(void *to, vec a, int32_t n)
+static inline void vec_store_first(void *to, vec a, int32_t n)
 {
     (void)n;
     vst1q_u8(to, vreinterpretq_u8_s16(a));
-}
-
-static inline vec vec_set1(int16_t value)
-{
-    return vdupq_n_s16(value);
 }
 
 static inline vec vec_iota(void)
@@ -31,25 +22,9 @@ static inline vec vec_iota(void)
     return vld1q_s16(lanes);
 }
 
-static inline vec vec_add(vec a, vec b)
-{
-    return vaddq_s16(a, b);
-}
-
-static inline vec vec_sub(vec a, vec b)
-{
-    return vsubq_s16(a, b);
-}
-
 static inline vec vec_mul(vec a, vec b)
 {
     return vmulq_s16(a, b);
-}
-
-/* (2ab + 2^15) >> 16: the same rounding. Only -2^15 squared saturates, which no table holds. */
-static inline vec vec_mulhrs(vec a, vec b)
-{
-    return vqrdmulhq_s16(a, b);
 }
 
 static inline vec vec_dot_pairs(vec unsigned_pairs, vec signed_pairs)
@@ -64,55 +39,20 @@ static inline vec vec_dot_pairs(vec unsigned_pairs, vec signed_pairs)
     return vpaddq_s16(low, high);
 }
 
-static inline vec vec_shift_left(vec a, int bits)
-{
-    return vshlq_s16(a, vdupq_n_s16((int16_t)bits));
-}
-
-static inline vec vec_abs(vec a)
-{
-    return vabsq_s16(a);
-}
-
-static inline vec vec_average(vec a, vec b)
-{
-    return vreinterpretq_s16_u16(vrhaddq_u16(vreinterpretq_u16_s16(a), vreinterpretq_u16_s16(b)));
-}
-
-static inline vec vec_min(vec a, vec b)
+static inline vec vec_min_unsigned(vec a, vec b)
 {
     return vreinterpretq_s16_u16(vminq_u16(vreinterpretq_u16_s16(a), vreinterpretq_u16_s16(b)));
-}
-
-static inline vec vec_min_signed(vec a, vec b)
-{
-    return vminq_s16(a, b);
-}
-
-static inline vec vec_max_signed(vec a, vec b)
-{
-    return vmaxq_s16(a, b);
 }
 
 static inline vec vec_min_of_first(vec so_far, vec a, int32_t n)
 {
     (void)n;
-    return vec_min(so_far, a);
+    return vec_min_unsigned(so_far, a);
 }
 
 static inline uint16_t vec_smallest(vec a)
 {
     return vminvq_u16(vreinterpretq_u16_s16(a));
-}
-
-static inline vec_select vec_below(vec a, vec limit)
-{
-    return vcltq_s16(a, limit);
-}
-
-static inline vec vec_choose(vec_select which, vec yes, vec no)
-{
-    return vbslq_s16(which, yes, no);
 }
 
 static inline int32_t vec_first_equal(vec a, vec b)

@@ -1,6 +1,6 @@
 /* The robust matcher's kernels on vectors of 16-bit lanes, written once for every instruction set.
  *
- * The including file first defines `vec` and the vec_ functions used here on VEC_LANES lanes.
+ * The including file first includes its vec_*.h and defines the further vec_ functions used here.
  * Those with a last argument n touch only the first n lanes in memory (all of them if n is
  * larger); where VEC_LANES divides SHEF_MATCH_LANE_MULTIPLE they can ignore it. The meaning of
  * every line is in match_c.c; the checks hold both to the same bits. */
@@ -13,9 +13,9 @@ static inline vec rows_product(const struct shef_match_rows *rows, int32_t cell,
                                int32_t n)
 {
     return vec_add(vec_dot_pairs(vec_set1((int16_t)rows->left[0][cell]),
-                                 vec_load(rows->right[0] + right_at, n)),
+                                 vec_load_first(rows->right[0] + right_at, n)),
                    vec_dot_pairs(vec_set1((int16_t)rows->left[1][cell]),
-                                 vec_load(rows->right[1] + right_at, n)));
+                                 vec_load_first(rows->right[1] + right_at, n)));
 }
 
 static void columns_vec(int16_t *columns, const struct shef_match_rows *entering,
@@ -30,7 +30,7 @@ static void columns_vec(int16_t *columns, const struct shef_match_rows *entering
             const vec change = vec_sub(rows_product(entering, g, right_at, n),
                                        rows_product(leaving, g, right_at, n));
 
-            vec_store(sum, vec_add(vec_load(sum, n), change), n);
+            vec_store_first(sum, vec_add(vec_load_first(sum, n), change), n);
         }
 }
 
@@ -51,37 +51,38 @@ static inline __attribute__((always_inline)) void costs_of_levels(uint16_t *cost
     const vec cap = vec_set1(row->prior_cap);
     const vec lanes = vec_add(vec_iota(), vec_set1((int16_t)k));
     const vec position = vec_mul(vec_add(lanes, vec_set1(1)), vec_set1(row->step));
-    const vec_select is_level = vec_below(lanes, vec_set1((int16_t)row->n_levels));
+    const vec_select is_level = vec_above(vec_set1((int16_t)row->n_levels), lanes);
     const int16_t *column = row->columns + k;
     vec box = vec_set1(0);
 
     for (int32_t g = -w; g < w; g++)
-        box = vec_add(box, vec_load(column + g * stride, n));
+        box = vec_add(box, vec_load_first(column + g * stride, n));
     for (int32_t g = 0; g < row->n_cells; g++) {
         const ptrdiff_t right_at = k - (ptrdiff_t)g * row->pairs_per_cell;
-        const vec right_sum = vec_load(row->right_sum + right_at, n);
+        const vec right_sum = vec_load_first(row->right_sum + right_at, n);
         uint16_t *cost = costs + g * stride + k;
 
-        box = vec_add(box, vec_load(column + (g + w) * stride, n));
+        box = vec_add(box, vec_load_first(column + (g + w) * stride, n));
         vec t = vec_shift_left(box, scale.shift);
         if (is_signed)
             t = vec_sub(t, right_sum);
         const vec num = vec_sub(t, vec_mulhrs(vec_set1(row->left_mean[g]), right_sum));
         const vec half =
             vec_shift_left(vec_mulhrs(num, vec_set1(row->left_gain[g])), scale.gain_shift);
-        const vec z = vec_mulhrs(vec_mulhrs(half, vec_load(row->right_gain + right_at, n)), unit);
-        vec value = vec_sub(one, vec_max_signed(minus_one, vec_min_signed(one, z)));
+        const vec z =
+            vec_mulhrs(vec_mulhrs(half, vec_load_first(row->right_gain + right_at, n)), unit);
+        vec value = vec_sub(one, vec_max(minus_one, vec_min(one, z)));
 
         if (row->is_second_pair)
-            value = vec_average(value, vec_load(cost, n));
+            value = vec_average(value, vec_load_first(cost, n));
         if (has_prior) {
             const vec away = vec_abs(vec_sub(position, vec_set1(row->expected[g])));
-            const vec capped = vec_shift_left(vec_min_signed(away, cap), 6);
+            const vec capped = vec_shift_left(vec_min(away, cap), 6);
 
             value = vec_add(value, vec_mulhrs(capped, vec_set1(row->weight[g])));
         }
-        vec_store(cost, vec_choose(is_level, value, vec_set1(SHEF_MATCH_NO_LEVEL)), n);
-        box = vec_sub(box, vec_load(column + (g - w) * stride, n));
+        vec_store_first(cost, vec_choose(is_level, value, vec_set1(SHEF_MATCH_NO_LEVEL)), n);
+        box = vec_sub(box, vec_load_first(column + (g - w) * stride, n));
     }
 }
 
@@ -124,19 +125,21 @@ static inline __attribute__((always_inline)) void path_cells(const struct shef_m
 
             for (int32_t k = 0; k < n_lanes; k += VEC_LANES) {
                 const int32_t n = n_lanes - k;
-                const vec sides = vec_min(vec_load(prev + k - 1, n), vec_load(prev + k + 1, n));
-                const vec move = vec_min(vec_add(sides, p1), jump);
-                const vec value = vec_add(vec_load(cost + k, n),
-                                          vec_sub(vec_min(vec_load(prev + k, n), move), low));
+                const vec sides = vec_min_unsigned(vec_load_first(prev + k - 1, n),
+                                                   vec_load_first(prev + k + 1, n));
+                const vec move = vec_min_unsigned(vec_add(sides, p1), jump);
+                const vec value =
+                    vec_add(vec_load_first(cost + k, n),
+                            vec_sub(vec_min_unsigned(vec_load_first(prev + k, n), move), low));
                 vec total = value;
 
                 smallest = vec_min_of_first(smallest, value, n);
                 if (n_addends > 0)
-                    total = vec_add(total, vec_load(add0 + k, n));
+                    total = vec_add(total, vec_load_first(add0 + k, n));
                 if (n_addends > 1)
-                    total = vec_add(total, vec_load(add1 + k, n));
-                vec_store(out + k, value, n);
-                vec_store(sum + k, total, n);
+                    total = vec_add(total, vec_load_first(add1 + k, n));
+                vec_store_first(out + k, value, n);
+                vec_store_first(sum + k, total, n);
             }
             lowest[i] = vec_smallest(smallest);
             prev += n_lanes;
@@ -181,18 +184,19 @@ static inline __attribute__((always_inline)) void winner_cells(struct shef_match
         int32_t best = -1;
 
         for (int32_t k = 0; k < n_lanes; k += VEC_LANES)
-            smallest = vec_min_of_first(smallest, vec_load(sum + k, n_lanes - k), n_lanes - k);
+            smallest =
+                vec_min_of_first(smallest, vec_load_first(sum + k, n_lanes - k), n_lanes - k);
         const uint16_t best_sum = vec_smallest(smallest);
         for (int32_t k = 0; best < 0; k += VEC_LANES) {
             const int32_t lane =
-                vec_first_equal(vec_load(sum + k, n_lanes - k), vec_set1((int16_t)best_sum));
+                vec_first_equal(vec_load_first(sum + k, n_lanes - k), vec_set1((int16_t)best_sum));
 
             best = lane < 0 ? -1 : k + lane;
         }
         for (int32_t k = 0; k < n_lanes; k += VEC_LANES) {
             const vec away = vec_abs(vec_sub(vec_iota(), vec_set1((int16_t)(best - k))));
-            const vec far_sum = vec_choose(vec_below(away, vec_set1(3)), vec_set1(-1),
-                                           vec_load(sum + k, n_lanes - k));
+            const vec far_sum = vec_choose(vec_above(vec_set1(3), away), vec_set1(-1),
+                                           vec_load_first(sum + k, n_lanes - k));
 
             rival = vec_min_of_first(rival, far_sum, n_lanes - k);
         }
