@@ -11,11 +11,6 @@ static inline void vec_store_bytes(int8_t *to, vec a, vec b)
                         _mm256_permute4x64_epi64(_mm256_packs_epi16(a, b), 0xd8));
 }
 
-static inline vec vec_shift_right(vec a, int bits)
-{
-    return _mm256_srai_epi16(a, bits);
-}
-
 /* One more in the lanes selected. */
 static inline vec vec_count(vec counts, vec_select which)
 {

@@ -11,11 +11,6 @@ static inline void vec_store_bytes(int8_t *to, vec a, vec b)
     _mm256_storeu_si256((__m256i *)(void *)(to + VEC_LANES), _mm512_cvtepi16_epi8(b));
 }
 
-static inline vec vec_shift_right(vec a, int bits)
-{
-    return _mm512_srai_epi16(a, (unsigned)bits);
-}
-
 /* One more in the lanes selected. */
 static inline vec vec_count(vec counts, vec_select which)
 {

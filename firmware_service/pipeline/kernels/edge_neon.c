@@ -10,11 +10,6 @@ static inline void vec_store_bytes(int8_t *to, vec a, vec b)
     vst1q_s8(to, vcombine_s8(vmovn_s16(a), vmovn_s16(b)));
 }
 
-static inline vec vec_shift_right(vec a, int bits)
-{
-    return vshlq_s16(a, vdupq_n_s16((int16_t)-bits));
-}
-
 /* One more in the lanes selected. */
 static inline vec vec_count(vec counts, vec_select which)
 {

@@ -46,6 +46,11 @@ static inline vec vec_shift_left(vec a, int bits)
     return _mm256_sll_epi16(a, _mm_cvtsi32_si128(bits));
 }
 
+static inline vec vec_shift_right(vec a, int bits)
+{
+    return _mm256_srai_epi16(a, bits);
+}
+
 static inline vec vec_abs(vec a)
 {
     return _mm256_abs_epi16(a);

@@ -46,6 +46,11 @@ static inline vec vec_shift_left(vec a, int bits)
     return vshlq_s16(a, vdupq_n_s16((int16_t)bits));
 }
 
+static inline vec vec_shift_right(vec a, int bits)
+{
+    return vshlq_s16(a, vdupq_n_s16((int16_t)-bits));
+}
+
 static inline vec vec_abs(vec a)
 {
     return vabsq_s16(a);
