@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "core/cpu.h"
-#include "filter_model.h"
+#include "kernel_check.h"
 
 #define MAX_CELLS 700
 
@@ -43,8 +43,6 @@ static const struct shef_decay *decay_at(uint32_t now_us, double cutoff_rad_s)
 static void test_every_read_out_equals_the_reference(void)
 {
     struct shef_test_random random = shef_test_random_start();
-    uint32_t features[4];
-    const int n_features = shef_test_features(features);
     int n_nonzero = 0;
 
     for (int round = 0; round < 200; round++) {
@@ -98,9 +96,6 @@ static void test_the_reference_is_the_exponential_to_the_last_place(void)
 static void test_every_accrual_equals_the_reference(void)
 {
     struct shef_test_random random = shef_test_random_start();
-    uint32_t features[4];
-    const int n_features = shef_test_features(features);
-
     for (int round = 0; round < 100; round++) {
         const int32_t n = shef_test_random_range(&random, 1, MAX_CELLS);
         const int16_t weight = (int16_t)shef_test_random_range(&random, 0, 32767);
@@ -127,9 +122,6 @@ static void test_every_accrual_equals_the_reference(void)
 
 static void test_the_best_instruction_set_is_picked(void)
 {
-    uint32_t features[4];
-    const int n_features = shef_test_features(features);
-
     for (int k = 0; k < n_features; k++)
         TEST_ASSERT_EQUAL_STRING(shef_cpu_isa_name(features[k]), shef_decay_pick(features[k])->isa);
 }

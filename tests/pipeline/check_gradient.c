@@ -5,26 +5,11 @@
 #include <string.h>
 
 #include "core/cpu.h"
-#include "filter_model.h"
+#include "kernel_check.h"
 
 #define MAX_VALUES 700
 #define MAX_WORDS  ((MAX_VALUES + 63) / 64)
 #define CANARY     12345
-
-static uint32_t features[4];
-static int n_features;
-static struct shef_test_random random_numbers;
-
-void setUp(void)
-{
-    n_features = shef_test_features(features);
-    random_numbers = shef_test_random_start();
-}
-
-static int32_t any(int32_t first, int32_t last)
-{
-    return shef_test_random_range(&random_numbers, first, last);
-}
 
 /* Values within limits, the limits themselves and plateaus included. */
 static void fill(int16_t *values, int32_t n, int32_t lowest, int32_t highest)

@@ -4,27 +4,12 @@
 #include <string.h>
 
 #include "core/cpu.h"
-#include "filter_model.h"
+#include "kernel_check.h"
 
 #define ONE          (1 << SHEF_RECTIFY_FRACTION_BITS)
 #define MAX_CELLS    300
 #define N_ROWS       40
 #define MAX_SEGMENTS 30
-
-static uint32_t features[4];
-static int n_features;
-static struct shef_test_random random_numbers;
-
-void setUp(void)
-{
-    n_features = shef_test_features(features);
-    random_numbers = shef_test_random_start();
-}
-
-static int32_t any(int32_t first, int32_t last)
-{
-    return shef_test_random_range(&random_numbers, first, last);
-}
 
 /* Black and white pixels are as frequent as all others together. */
 static uint8_t any_pixel(void)

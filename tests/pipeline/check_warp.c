@@ -5,7 +5,7 @@
 
 #include "core/cpu.h"
 #include "core/memory.h"
-#include "filter_model.h"
+#include "kernel_check.h"
 
 #define MAX_SEGMENTS 81
 #define ONE_PX       65536
@@ -60,8 +60,6 @@ static void expect_all_equal_reference(struct shef_test_random *random)
     const int32_t n_segments = shef_test_random_range(random, 1, MAX_SEGMENTS);
     const size_t n_values = (size_t)n_segments * SHEF_WARP_SEGMENT_PX;
     int16_t expected[MAX_SEGMENTS * SHEF_WARP_SEGMENT_PX];
-    uint32_t features[4];
-    const int n_features = shef_test_features(features);
 
     shef_warp_kernel_c.row(expected, nodes, offsets, n_segments, &source);
     for (int k = 0; k < n_features; k++) {
@@ -129,9 +127,6 @@ static void test_whole_positions_copy_and_outside_is_zero(void)
 
 static void test_the_best_instruction_set_is_picked(void)
 {
-    uint32_t features[4];
-    const int n_features = shef_test_features(features);
-
     for (int k = 0; k < n_features; k++)
         TEST_ASSERT_EQUAL_STRING(shef_cpu_isa_name(features[k]), shef_warp_pick(features[k])->isa);
 }
