@@ -214,17 +214,20 @@ static enum shef_err begin(struct rendering *r, struct shef_error *err)
 /* Whatever happened before, what was begun is committed or removed here. */
 static enum shef_err end(struct rendering *r, enum shef_err code, struct shef_error *err)
 {
-    if (code != SHEF_OK) {
+    if (code != SHEF_OK)
         sim_rig_images_discard(r->images);
-        sim_rig_recording_discard(r->recording);
-        return code;
-    }
-    if (r->images)
+    else if (r->images)
         code = sim_rig_images_commit(r->images, err);
     if (code != SHEF_OK)
         sim_rig_recording_discard(r->recording);
     else if (r->recording)
         code = sim_rig_recording_commit(r->recording, err);
+    /* Of the file that met it, which is gone, nobody wants to know. */
+    if (code == SHEF_ERR_NO_SPACE)
+        return shef_fail(err, code,
+                         "write '%s': the disk is full, and nothing of it was kept; free some "
+                         "space, or render less with --seconds or --truth-every",
+                         r->config->out ? r->config->out : r->config->export_images);
     return code;
 }
 
