@@ -168,6 +168,8 @@ static void test_what_cannot_be_rendered_is_refused_in_a_sentence(void)
     expect_failure(1, "triangle", n_entries);
     RUN("render --scene %s --path-size 1 --tilt -60 --out %s", scene, shef_test_temp_path("no"));
     expect_failure(1, "reach", n_entries);
+    RUN("render --scene %s --fps 150 --exposure-ms 30 --out %s", scene, shef_test_temp_path("no"));
+    expect_failure(1, "shefsim render: an exposure of 30 ms", n_entries);
     RUN("render --scene %s --light strobe --out %s", scene, shef_test_temp_path("no"));
     expect_failure(1, "strobe", n_entries);
     RUN("render --scene %s --out %s", scene, scene);

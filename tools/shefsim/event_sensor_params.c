@@ -2,6 +2,7 @@
 
 #include "core/time.h"
 #include "shefsim/event_sensor_parts.h"
+#include "shefsim/ranges.h"
 
 /* 66 million events a second is what Prophesee states for its VGA sensor. */
 #define FASTEST_EVENT_NS 15
@@ -48,12 +49,7 @@ bool sim_event_sensor_preset(const char *name, struct sim_event_sensor_params *o
 enum shef_err sim_event_sensor_check(const struct sim_event_sensor_params *params,
                                      struct shef_error *err)
 {
-    const struct {
-        const char *name;
-        double value;
-        double min;
-        double max;
-    } rows[] = {
+    const struct sim_range ranges[] = {
         { "the ON threshold", params->threshold_on, 0.01, 10 },
         { "the OFF threshold", params->threshold_off, 0.01, 10 },
         { "the mismatch of thresholds", params->mismatch, 0, 0.5 },
@@ -71,9 +67,5 @@ enum shef_err sim_event_sensor_check(const struct sim_event_sensor_params *param
         { "the read-out's capacity", params->readout.capacity, 1, SIM_READOUT_MAX_EVENTS },
     };
 
-    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
-        if (!(rows[i].value >= rows[i].min && rows[i].value <= rows[i].max))
-            return shef_fail(err, SHEF_ERR_INVALID, "event sensor: %s is %g, but must be %g to %g",
-                             rows[i].name, rows[i].value, rows[i].min, rows[i].max);
-    return SHEF_OK;
+    return sim_ranges_check("event sensor", ranges, sizeof ranges / sizeof *ranges, err);
 }

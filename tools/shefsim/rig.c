@@ -7,6 +7,7 @@
 #include "core/memory.h"
 #include "core/time.h"
 #include "shefsim/random.h"
+#include "shefsim/ranges.h"
 #include "shefsim/rig_parts.h"
 
 /* Rays a pixel and side: the event camera's images are few and small, the frames' many and large;
@@ -20,6 +21,9 @@
 /* Events go on for so long after the last frame: its snapshot needs what follows mid-exposure. */
 #define AFTER_FRAMES_NS 40000000
 
+/* Of a frame's time. */
+#define LONGEST_EXPOSURE 0.98
+
 /* Times at which the fastest motion is looked for. */
 #define N_SPEEDS 8
 
@@ -28,23 +32,14 @@
 
 static enum shef_err check(const struct sim_rig_settings *settings, struct shef_error *err)
 {
-    const struct {
-        const char *name;
-        double value;
-        double min;
-        double max;
-    } rows[] = {
-        { "seconds", settings->seconds, 0.01, 600 },
-        { "frames per second", settings->fps, 1, 200 },
-        { "exposure in ms", settings->exposure_ms, 0, 100 },
-        { "blinks per second", settings->blink_hz, 0, 100 },
+    const struct sim_range ranges[] = {
+        { "the length in s", settings->seconds, 0.01, 600 },
+        { "the rate of frames in Hz", settings->fps, 1, 200 },
+        { "the exposure in ms", settings->exposure_ms, 0, 100 },
+        { "the blinking in Hz", settings->blink_hz, 0, 100 },
     };
 
-    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
-        if (!(rows[i].value >= rows[i].min && rows[i].value <= rows[i].max))
-            return shef_fail(err, SHEF_ERR_INVALID, "render: %s: %g, but must be %g to %g",
-                             rows[i].name, rows[i].value, rows[i].min, rows[i].max);
-    return SHEF_OK;
+    return sim_ranges_check("rig", ranges, sizeof ranges / sizeof *ranges, err);
 }
 
 static enum shef_err open_world(struct sim_rig *rig, struct shef_error *err)
@@ -150,7 +145,7 @@ static enum shef_err make_images(struct sim_rig *rig, struct shef_error *err)
         return code;
     rig->tints = calloc((size_t)n_objects + 1, sizeof *rig->tints);
     if (!rig->tints)
-        return shef_fail(err, SHEF_ERR_NO_MEMORY, "render: out of memory");
+        return shef_fail(err, SHEF_ERR_NO_MEMORY, "rig: out of memory");
     for (int32_t i = 0; i < n_objects; i++)
         sim_scene_object_tint(rig->scene, i, rig->tints[i]);
     return SHEF_OK;
@@ -192,10 +187,11 @@ static enum shef_err make_sensors(struct sim_rig *rig, uint32_t cpu_features,
     *params = sim_frame_sensor_default(frame->width_px, frame->height_px);
     params->format = settings->format;
     params->exposure_ns = (int64_t)(exposure_ms * 1e6 + 0.5);
-    if (params->exposure_ns * settings->fps > 0.98e9)
+    if ((double)params->exposure_ns * settings->fps > LONGEST_EXPOSURE * 1e9)
         return shef_fail(err, SHEF_ERR_INVALID,
-                         "render: an exposure of %g ms is too long for %g frames per second",
-                         exposure_ms, settings->fps);
+                         "an exposure of %g ms is too long for %g frames per second; it can be up "
+                         "to %.4g ms",
+                         exposure_ms, settings->fps, LONGEST_EXPOSURE * 1e3 / settings->fps);
     pace(rig);
     if (settings->without_frames)
         return SHEF_OK;
@@ -219,7 +215,7 @@ enum shef_err sim_rig_create(struct sim_rig **out_rig, const struct sim_rig_sett
         return code;
     rig = calloc(1, sizeof *rig);
     if (!rig)
-        return shef_fail(err, SHEF_ERR_NO_MEMORY, "render: out of memory");
+        return shef_fail(err, SHEF_ERR_NO_MEMORY, "rig: out of memory");
     rig->settings = *settings;
     rig->workers = workers;
     rig->scan = sim_event_scan_pick(cpu_features);
