@@ -53,7 +53,7 @@ static struct state *create(const struct shef_bench *bench, struct shef_error *e
     const int32_t h = bench->height_px;
 
     if (!state) {
-        shef_fail(err, SHEF_ERR_NO_MEMORY, "bench: out of memory");
+        shef_fail(err, SHEF_ERR_NO_MEMORY, "out of memory");
         return NULL;
     }
     if (shef_image_create_i16(&state->best, w, h, err) != SHEF_OK ||

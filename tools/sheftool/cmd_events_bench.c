@@ -86,7 +86,7 @@ static enum shef_err measure(const struct settings *settings,
     json_t *root = describe(settings, material, bench);
 
     if (!root)
-        return shef_fail(err, SHEF_ERR_NO_MEMORY, "bench: out of memory");
+        return shef_fail(err, SHEF_ERR_NO_MEMORY, "out of memory");
     if (settings->json) {
         json_dumpf(root, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(6));
         putchar('\n');

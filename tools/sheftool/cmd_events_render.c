@@ -211,7 +211,7 @@ static enum shef_err commit_output(struct output *output, struct shef_error *err
     json_t *root = json_pack("{s:s, s:O}", "kind", "event_pictures", "pictures", output->list);
 
     if (!root)
-        return shef_fail(err, SHEF_ERR_NO_MEMORY, "render: out of memory");
+        return shef_fail(err, SHEF_ERR_NO_MEMORY, "out of memory");
 
     const enum shef_err code = shef_output_folder_commit(&output->folder, root, err);
 

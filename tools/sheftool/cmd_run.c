@@ -73,7 +73,7 @@ static enum shef_err add_timings(struct job *job, const struct shef_depth_report
     }
     if (code == SHEF_OK)
         code = shef_timings_add(&job->total, total_ns);
-    return code == SHEF_OK ? SHEF_OK : shef_fail(err, code, "run: out of memory");
+    return code == SHEF_OK ? SHEF_OK : shef_fail(err, code, "out of memory");
 }
 
 static json_t *frame_json(const struct shef_run_frame *frame)
@@ -221,7 +221,7 @@ static enum shef_err run_and_write(struct job *job, struct shef_error *err)
     json_t *root = run_json(job);
 
     if (!root)
-        return shef_fail(err, SHEF_ERR_NO_MEMORY, "run: out of memory");
+        return shef_fail(err, SHEF_ERR_NO_MEMORY, "out of memory");
     code = shef_output_folder_commit(&job->folder, root, err);
     json_decref(root);
     if (code == SHEF_OK)

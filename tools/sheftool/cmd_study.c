@@ -253,7 +253,7 @@ static enum shef_err merge(struct study *study, struct shef_error *err)
         into->n_right += from->n_right;
         for (size_t k = 0; k < from->times.n; k++)
             if (shef_timings_add(&into->times, from->times.ns[k]) != SHEF_OK)
-                return shef_fail(err, SHEF_ERR_NO_MEMORY, "study: out of memory");
+                return shef_fail(err, SHEF_ERR_NO_MEMORY, "out of memory");
         shef_timings_free(&from->times);
         memset(from, 0, sizeof *from);
     }
@@ -351,7 +351,7 @@ static enum shef_err finish(struct study *study, int n_recordings, struct shef_e
         "recordings", study->recordings, "pooled", results_json(study, study->pooled));
 
     code = root ? shef_write_json(study->settings->json, root, err)
-                : shef_fail(err, SHEF_ERR_NO_MEMORY, "study: out of memory");
+                : shef_fail(err, SHEF_ERR_NO_MEMORY, "out of memory");
     json_decref(root);
     return code;
 }
@@ -366,7 +366,7 @@ static enum shef_err run(const void *opaque, struct shef_error *err)
     study.pooled = calloc((size_t)study.n_modes, sizeof *study.pooled);
     study.here = calloc((size_t)study.n_modes, sizeof *study.here);
     if (!study.pooled || !study.here)
-        code = shef_fail(err, SHEF_ERR_NO_MEMORY, "study: out of memory");
+        code = shef_fail(err, SHEF_ERR_NO_MEMORY, "out of memory");
     if (code == SHEF_OK)
         code = shef_recording_is_at(settings->recording)
                    ? study_one(&study, settings->recording, err)

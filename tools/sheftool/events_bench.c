@@ -113,7 +113,7 @@ static struct state *add(struct shef_bench *bench, const struct shef_events_mate
     struct shef_bench_case one = { .state = state, .run = run_stream, .destroy = destroy };
 
     if (!state) {
-        shef_fail(err, SHEF_ERR_NO_MEMORY, "bench: out of memory");
+        shef_fail(err, SHEF_ERR_NO_MEMORY, "out of memory");
         return NULL;
     }
     *state = (struct state){ .material = material, .features = features };

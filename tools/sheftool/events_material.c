@@ -24,7 +24,7 @@ static uint64_t mixed(uint64_t i)
 
 static enum shef_err fail_memory(struct shef_error *err)
 {
-    return shef_fail(err, SHEF_ERR_NO_MEMORY, "bench: out of memory");
+    return shef_fail(err, SHEF_ERR_NO_MEMORY, "out of memory");
 }
 
 static enum shef_err append(struct shef_bench_stream *stream, size_t *capacity,

@@ -134,7 +134,7 @@ enum shef_err shef_run_open(struct shef_run **out_run, const struct shef_run_set
     struct shef_run *run = calloc(1, sizeof *run);
 
     if (!run)
-        return shef_fail(err, SHEF_ERR_NO_MEMORY, "run: out of memory");
+        return shef_fail(err, SHEF_ERR_NO_MEMORY, "out of memory");
     run->settings = *settings;
 
     enum shef_err code =

@@ -307,7 +307,7 @@ enum shef_err shef_run_eval(const struct shef_run_eval_settings *settings, struc
     enum shef_err code;
 
     if (!job)
-        return shef_fail(err, SHEF_ERR_NO_MEMORY, "eval: out of memory");
+        return shef_fail(err, SHEF_ERR_NO_MEMORY, "out of memory");
     job->settings = settings;
     job->frames = json_array();
     code = read_run(job, err);
