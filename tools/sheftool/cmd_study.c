@@ -14,9 +14,8 @@
 #include "sheftool/run_options.h"
 #include "sheftool/run_score.h"
 
-#define MAX_RECORDINGS 256
-#define MOVES_M_S      0.005
-#define RIGHT_DEG      10.0
+#define MOVES_M_S 0.005
+#define RIGHT_DEG 10.0
 
 struct settings {
     const char *recording;
@@ -317,7 +316,7 @@ static enum shef_err study_folder(struct study *study, const char *folder, int *
         char path[SHEF_PATH_BYTES];
 
         snprintf(path, sizeof path, "%s/%s", folder, entries[i]->d_name);
-        if (code == SHEF_OK && *out_n < MAX_RECORDINGS && shef_recording_is_at(path)) {
+        if (code == SHEF_OK && shef_recording_is_at(path)) {
             code = study_one(study, path, err);
             ++*out_n;
         }
