@@ -5,6 +5,7 @@
 #include "core/cpu.h"
 #include "sheftool/bench.h"
 #include "sheftool/command.h"
+#include "sheftool/report_parts.h"
 #include "sheftool/machine.h"
 #include "sheftool/matcher_opencv.h"
 
@@ -114,12 +115,10 @@ static enum shef_err measure(const struct settings *settings, struct shef_bench 
 
     if (!root)
         return shef_fail(err, SHEF_ERR_NO_MEMORY, "out of memory");
-    if (settings->json) {
-        json_dumpf(root, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(6));
-        putchar('\n');
-    } else {
+    if (settings->json)
+        shef_report_print_json(root, 6);
+    else
         print_table(root, stdout);
-    }
     json_decref(root);
     return SHEF_OK;
 }

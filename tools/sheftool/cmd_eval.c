@@ -8,6 +8,7 @@
 
 #include "core/memory.h"
 #include "sheftool/command.h"
+#include "sheftool/report_parts.h"
 #include "sheftool/dataset.h"
 #include "sheftool/evaluation.h"
 #include "sheftool/output_folder.h"
@@ -55,11 +56,7 @@ static const struct shef_option options[] = {
                   "score these numbers only, such as 1-16,50"),
     SHEF_OPT_REAL("truth-hole", struct settings, hole_px, "79.9", 1, 16384, "px",
                   "truth from here on is a hole for density and dense"),
-    SHEF_OPT_REAL("focal", struct settings, focal_px, NULL, 1, 100000, "px",
-                  "focal length of the maps, for depth errors (default: scenes.json's, else 1301)"),
-    SHEF_OPT_REAL("baseline", struct settings, baseline_mm, NULL, 0.001, 100000, "mm",
-                  "distance of the cameras, for depth errors (default: scenes.json's, else "
-                  "65.44)"),
+    SHEF_SCENES_RIG_OPTIONS(struct settings),
     SHEF_OPT_FLAG("json", struct settings, json, "print JSON instead of tables"),
     SHEF_OPT_FLAG("pictures", struct settings, pictures,
                   "write error pictures N.png: white right, blue too far, red too near, full "
@@ -149,20 +146,6 @@ static enum shef_err open_folders(struct job *job, struct shef_error *err)
         code = shef_scenes_find(&job->scenes, parent, &job->maps, err);
     }
     return code;
-}
-
-static enum shef_err open_pictures(struct job *job, struct shef_error *err)
-{
-    char path[SHEF_PATH_BYTES];
-    size_t n = strlen(job->settings->disparity);
-
-    if (job->settings->pictures_dir)
-        return shef_output_folder_open(&job->pictures, job->settings->pictures_dir, "errors.json",
-                                       err);
-    while (n > 1 && job->settings->disparity[n - 1] == '/')
-        n--;
-    snprintf(path, sizeof path, "%.*s-errors", (int)n, job->settings->disparity);
-    return shef_output_folder_open(&job->pictures, path, "errors.json", err);
 }
 
 /* One map and everything beside it. */
@@ -295,8 +278,7 @@ static enum shef_err report(struct job *job, struct shef_error *err)
     if (job->settings->pictures)
         code = shef_output_folder_commit(&job->pictures, root, err);
     if (code == SHEF_OK && job->settings->json) {
-        json_dumpf(root, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(9));
-        putchar('\n');
+        shef_report_print_json(root, 9);
     } else if (code == SHEF_OK) {
         shef_evaluation_print(&job->evaluation, stdout);
         if (job->settings->pictures)
@@ -334,7 +316,8 @@ static enum shef_err score_maps(const struct settings *settings, struct shef_err
     if (code == SHEF_OK)
         code = shef_evaluation_create(&job.evaluation, &how, &job.scenes, err);
     if (code == SHEF_OK && settings->pictures)
-        code = open_pictures(&job, err);
+        code = shef_output_folder_open_errors(&job.pictures, settings->pictures_dir,
+                                              settings->disparity, err);
     if (code == SHEF_OK)
         code = score_all(&job, err);
     if (code == SHEF_OK)

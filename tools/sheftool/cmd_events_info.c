@@ -6,6 +6,7 @@
 
 #include "core/cpu.h"
 #include "sheftool/command.h"
+#include "sheftool/report_parts.h"
 #include "sheftool/events_report.h"
 #include "sheftool/progress.h"
 
@@ -120,8 +121,7 @@ static enum shef_err publish(const struct settings *settings,
 
     if (!root)
         return shef_fail(err, SHEF_ERR_NO_MEMORY, "'%s': out of memory", settings->path);
-    json_dumpf(root, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(9));
-    putchar('\n');
+    shef_report_print_json(root, 9);
     json_decref(root);
     return SHEF_OK;
 }

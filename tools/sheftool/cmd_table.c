@@ -30,11 +30,7 @@ static const struct shef_option options[] = {
                  "largest disparity searched by every method, below the width"),
     SHEF_OPT_REAL("truth-hole", struct settings, hole_px, "79.9", 1, 16384, "px",
                   "truth from here on is a hole for the dense and density figures"),
-    SHEF_OPT_REAL("focal", struct settings, focal_px, NULL, 1, 100000, "px",
-                  "focal length of the maps, for depth errors (default: scenes.json's, else 1301)"),
-    SHEF_OPT_REAL("baseline", struct settings, baseline_mm, NULL, 0.001, 100000, "mm",
-                  "distance of the cameras, for depth errors (default: scenes.json's, else "
-                  "65.44)"),
+    SHEF_SCENES_RIG_OPTIONS(struct settings),
     SHEF_OPT_END,
 };
 

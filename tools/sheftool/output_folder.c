@@ -237,6 +237,19 @@ enum shef_err shef_output_folder_open(struct shef_output_folder *out_folder, con
     return SHEF_OK;
 }
 
+enum shef_err shef_output_folder_open_errors(struct shef_output_folder *out_folder,
+                                             const char *named, const char *scored,
+                                             struct shef_error *err)
+{
+    char path[SHEF_PATH_BYTES];
+    size_t n = strlen(scored);
+
+    while (n > 1 && scored[n - 1] == '/')
+        n--;
+    snprintf(path, sizeof path, "%.*s-errors", (int)n, scored);
+    return shef_output_folder_open(out_folder, named ? named : path, "errors.json", err);
+}
+
 enum shef_err shef_output_folder_add_folder(struct shef_output_folder *folder, const char *name,
                                             struct shef_error *err)
 {

@@ -34,6 +34,12 @@ SHEF_MUST_CHECK enum shef_err shef_output_folder_open(struct shef_output_folder 
                                                       const char *path, const char *index,
                                                       struct shef_error *err);
 
+/* The same for pictures of errors, with the index errors.json.
+ *   named   where the user wants them; NULL: beside what is scored, its name + "-errors" */
+SHEF_MUST_CHECK enum shef_err shef_output_folder_open_errors(struct shef_output_folder *out_folder,
+                                                             const char *named, const char *scored,
+                                                             struct shef_error *err);
+
 /* Makes a folder inside the staging folder. */
 SHEF_MUST_CHECK enum shef_err shef_output_folder_add_folder(struct shef_output_folder *folder,
                                                             const char *name,

@@ -15,6 +15,12 @@ void shef_number_print(double value, int width, int decimals, bool is_signed, FI
         fprintf(out, "%*s", width, "-");
 }
 
+void shef_report_print_json(const json_t *root, int n_digits)
+{
+    json_dumpf(root, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(n_digits));
+    putchar('\n');
+}
+
 json_t *shef_timing_summary_json(const struct shef_timing_summary *summary)
 {
     return json_pack("{s:f, s:f, s:f}", "median_ms", summary->median_ms, "p95_ms", summary->p95_ms,

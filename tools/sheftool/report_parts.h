@@ -16,6 +16,9 @@ json_t *shef_number_json(double value);
  *   is_signed  + before positive ones */
 void shef_number_print(double value, int width, int decimals, bool is_signed, FILE *out);
 
+/* Prints a report on standard output, with so many digits of its numbers. */
+void shef_report_print_json(const json_t *root, int n_digits);
+
 /* {"median_ms", "p95_ms", "min_ms"}; NULL: out of memory. */
 json_t *shef_timing_summary_json(const struct shef_timing_summary *summary);
 

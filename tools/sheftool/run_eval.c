@@ -199,20 +199,6 @@ static enum shef_err score(struct job *job, const struct shef_numbered *map, str
     return code;
 }
 
-static enum shef_err open_pictures(struct job *job, struct shef_error *err)
-{
-    char path[SHEF_PATH_BYTES];
-    size_t n = strlen(job->settings->run);
-
-    if (job->settings->pictures_dir)
-        return shef_output_folder_open(&job->pictures, job->settings->pictures_dir, "errors.json",
-                                       err);
-    while (n > 1 && job->settings->run[n - 1] == '/')
-        n--;
-    snprintf(path, sizeof path, "%.*s-errors", (int)n, job->settings->run);
-    return shef_output_folder_open(&job->pictures, path, "errors.json", err);
-}
-
 static enum shef_err score_all(struct job *job, struct shef_error *err)
 {
     struct shef_progress progress;
@@ -290,8 +276,7 @@ static enum shef_err report(struct job *job, struct shef_error *err)
     if (job->settings->pictures)
         code = shef_output_folder_commit(&job->pictures, root, err);
     if (code == SHEF_OK && job->settings->json) {
-        json_dumpf(root, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(9));
-        putchar('\n');
+        shef_report_print_json(root, 9);
     } else if (code == SHEF_OK) {
         print_all(job);
         if (job->settings->pictures)
@@ -312,7 +297,8 @@ enum shef_err shef_run_eval(const struct shef_run_eval_settings *settings, struc
     job->frames = json_array();
     code = read_run(job, err);
     if (code == SHEF_OK && settings->pictures)
-        code = open_pictures(job, err);
+        code = shef_output_folder_open_errors(&job->pictures, settings->pictures_dir, settings->run,
+                                              err);
     if (code == SHEF_OK)
         code = score_all(job, err);
     if (code == SHEF_OK)

@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "core/error.h"
+#include "sheftool/option.h"
 #include "sheftool/pair_list.h"
 
 #define SHEF_MAX_SCENES       16
@@ -56,6 +57,15 @@ int32_t shef_scenes_of(const struct shef_scenes *scenes, int64_t number);
  *   given  0: nothing */
 double shef_scenes_focal_px(const struct shef_scenes *scenes, double given_px);
 double shef_scenes_baseline_mm(const struct shef_scenes *scenes, double given_mm);
+
+/* The options behind `given`: fields focal_px and baseline_mm of a command's settings. */
+#define SHEF_SCENES_RIG_OPTIONS(type_)                                                             \
+    SHEF_OPT_REAL(                                                                                 \
+        "focal", type_, focal_px, NULL, 1, 100000, "px",                                           \
+        "focal length of the maps, for depth errors (default: scenes.json's, else 1301)"),         \
+        SHEF_OPT_REAL("baseline", type_, baseline_mm, NULL, 0.001, 100000, "mm",                   \
+                      "distance of the cameras, for depth errors (default: scenes.json's, else "   \
+                      "65.44)")
 
 /* The scenes' part of a scenes.json; NULL if out of memory. */
 json_t *shef_scenes_json(const struct shef_scenes *scenes);
