@@ -23,7 +23,8 @@
 #define MAX_LATENCY_MISFITS 10.0
 
 /* A snapshot that lies off by less than this speaks against the offset; where none is that near,
- * the events have a gap, which says nothing. */
+ * the events have a gap, which says nothing. A burst of lost triggers has at most two or three
+ * frames at either end that are as near as this: below n_lost in all. */
 #define NEAR_MISS_NS (50 * SHEF_NS_PER_MS)
 
 struct shef_pairing_params shef_pairing_default_params(void)
@@ -115,6 +116,22 @@ enum shef_err shef_pairing_add_frame(struct shef_pairing *pairing,
 void shef_pairing_finish(struct shef_pairing *pairing)
 {
     pairing->is_complete = true;
+}
+
+void shef_pairing_lock(struct shef_pairing *pairing, const struct shef_pairing_anchor *known,
+                       bool is_ambiguous)
+{
+    pairing->is_locked = true;
+    pairing->is_ambiguous = is_ambiguous;
+    pairing->n_misses = 0;
+    /* A step before that pair, so that it is found like any other. */
+    pairing->last = *known;
+    pairing->last.camera.ns -= SHEF_NS_PER_US;
+    pairing->last.event.ns -= SHEF_NS_PER_US;
+    pairing->base = pairing->last;
+    pairing->next_base = pairing->last;
+    pairing->stats.skew = 0;
+    pairing->stats.n_starts++;
 }
 
 /* The snapshot nearest to an instant of event time; n_snapshots if there is none. */
@@ -241,18 +258,10 @@ static void lock_to(struct shef_pairing *pairing, const struct fit *fit, bool is
     const uint32_t at = nearest_snapshot(pairing, frame->camera.ns + fit->offset_ns);
     const struct shef_pairing_snapshot *snapshot = snapshot_at(pairing, at);
 
-    pairing->is_locked = true;
-    pairing->is_ambiguous = is_ambiguous;
-    pairing->n_misses = 0;
-    /* The step before the first frame, so that the first frame is found like any other. */
-    pairing->last = (struct shef_pairing_anchor){ frame->camera, snapshot->rise };
-    pairing->last.camera.ns -= SHEF_NS_PER_US;
-    pairing->last.event.ns -= SHEF_NS_PER_US;
-    pairing->base = pairing->last;
-    pairing->next_base = pairing->last;
+    const struct shef_pairing_anchor known = { frame->camera, snapshot->rise };
+
+    shef_pairing_lock(pairing, &known, is_ambiguous);
     pairing->exposure_half_ns = shef_event_time_since(snapshot->mid, snapshot->rise);
-    pairing->stats.skew = 0;
-    pairing->stats.n_starts++;
 }
 
 /* The offsets worth trying: those that lay one of the first frames on a snapshot. The very first
@@ -419,6 +428,17 @@ static bool has_waited(const struct shef_pairing *pairing, const struct shef_pai
            (frame->has_host && shef_host_time_since(now, frame->arrived) > pairing->params.wait_ns);
 }
 
+/* How many snapshots have come since the last one that was used. */
+static uint64_t n_unused(struct shef_pairing *pairing)
+{
+    if (pairing->n_snapshots == 0 || !pairing->has_skipped_from)
+        return pairing->n_snapshots;
+
+    const uint64_t newest = snapshot_at(pairing, pairing->n_snapshots - 1)->number;
+
+    return newest > pairing->skip_from ? newest - pairing->skip_from : 0;
+}
+
 static enum shef_err track(struct shef_pairing *pairing, shef_host_time now,
                            struct shef_pairing_result *out_result)
 {
@@ -429,6 +449,7 @@ static enum shef_err track(struct shef_pairing *pairing, shef_host_time now,
     const int64_t gate_ns = gate_after(pairing, gap_ns);
 
     if (pairing->n_snapshots > 0) {
+        const struct shef_pairing_snapshot *newest = snapshot_at(pairing, pairing->n_snapshots - 1);
         const uint32_t at = nearest_snapshot(pairing, event_ns);
         const struct shef_pairing_snapshot *snapshot = snapshot_at(pairing, at);
         const int64_t residual_ns = snapshot->rise.ns - event_ns;
@@ -436,11 +457,15 @@ static enum shef_err track(struct shef_pairing *pairing, shef_host_time now,
 
         if (llabs(residual_ns) <= gate_ns && !is_used)
             return give_pair(pairing, snapshot, residual_ns, out_result);
-        if (snapshot_at(pairing, pairing->n_snapshots - 1)->rise.ns > event_ns + gate_ns)
+        if (newest->rise.ns > event_ns + gate_ns) {
+            pairing->n_misses += llabs(residual_ns) < NEAR_MISS_NS;
             return give_predicted(pairing, event_ns, gate_ns, out_result);
+        }
     }
-    if (has_waited(pairing, frame, now))
+    if (has_waited(pairing, frame, now)) {
+        pairing->n_misses += n_unused(pairing) > (uint64_t)pairing->params.n_lost;
         return give_predicted(pairing, event_ns, gate_ns, out_result);
+    }
     return SHEF_ERR_EMPTY;
 }
 

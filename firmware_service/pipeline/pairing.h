@@ -14,7 +14,7 @@
  *           snapshot nearest to that is taken if it lies within the gate. A lost frame or trigger
  *           therefore costs itself and no other. The rate is learnt over 5 to 10 s.
  *   again   After a run of frames that fit nothing though there are snapshots, or when a clock
- *           jumps, it starts anew. A gap in the events is bridged.
+ *           steps back, it starts anew. A gap in the events is bridged.
  *
  * Frames may arrive before or after their snapshots and wait here, in their order.
  *
@@ -107,6 +107,7 @@ struct shef_pairing_stats {
     double residual_rms_ns;
 };
 
+/* A pair: the frame's time and the rise of its trigger. */
 struct shef_pairing_anchor {
     shef_frame_time camera;
     shef_event_time event;
@@ -142,6 +143,13 @@ void shef_pairing_init(struct shef_pairing *pairing, const struct shef_pairing_p
 /* The frame camera was opened anew: its clock and the offset are unknown again. Waiting frames are
  * dropped. */
 void shef_pairing_restart(struct shef_pairing *pairing);
+
+/* Starts with an offset that is known beforehand, so that no frame has to wait for others to find
+ * it: of a recording that has been looked at before. As soon as that proves wrong it starts anew.
+ *   known         a pair, at or before the next frame; it need not come again
+ *   is_ambiguous  results are to be flagged as SHEF_PAIRING_AMBIGUOUS */
+void shef_pairing_lock(struct shef_pairing *pairing, const struct shef_pairing_anchor *known,
+                       bool is_ambiguous);
 
 /* Adds a snapshot, in the order of their numbers. The oldest is forgotten when there is no room.
  * A rise that is not after the one before it means that event time has jumped: starts anew. */

@@ -444,6 +444,96 @@ static void test_a_camera_clock_that_starts_again_is_found_again(void)
     TEST_ASSERT_EQUAL_UINT64(2, shef_pairing_stats(&pairing).n_starts);
 }
 
+/* The camera's clock goes on from another value: nothing steps back, nothing fits any more. */
+static void expect_found_again(int64_t step_ns)
+{
+    const struct shef_pairing_params params = shef_pairing_default_params();
+    struct shef_test_random random = shef_test_random_start();
+    struct rig rig = plain;
+
+    rig.skipped_share = 1.0 / 16;
+    rig.n = 500;
+    rig.has_host = true;
+    make(&rig, &random);
+    for (int32_t i = 250; i < rig.n; i++)
+        exposures[i].frame.camera.ns += step_ns;
+    play(&rig, &params, 0);
+    const struct verdict verdict = judge(&rig, 0);
+
+    TEST_ASSERT_EQUAL_INT32(0, verdict.n_wrong);
+    TEST_ASSERT_GREATER_OR_EQUAL_INT32(rig.n - 30, verdict.n_right);
+    TEST_ASSERT_EQUAL_UINT64(2, shef_pairing_stats(&pairing).n_starts);
+}
+
+static void test_a_camera_clock_that_jumps_ahead_is_found_again(void)
+{
+    expect_found_again(5 * MS);
+    expect_found_again(6000 * MS);
+}
+
+static void test_a_known_pair_lets_every_frame_go_at_once(void)
+{
+    const struct shef_pairing_params params = shef_pairing_default_params();
+    struct shef_test_random random = shef_test_random_start();
+    struct rig rig = plain;
+
+    rig.n = 20;
+    make(&rig, &random);
+    shef_pairing_init(&pairing, &params);
+    memset(has_result, 0, sizeof has_result);
+    shef_pairing_lock(
+        &pairing,
+        &(struct shef_pairing_anchor){ exposures[0].frame.camera, exposures[0].snapshot.rise },
+        false);
+    /* The first frame was lost: the pair that is known need not come again. */
+    for (int32_t i = 1; i < rig.n; i++) {
+        add_snapshot(&exposures[i]);
+        add_frame(&exposures[i]);
+        TEST_ASSERT_TRUE(has_result[i]);
+        TEST_ASSERT_EQUAL(SHEF_PAIRING_PAIR, results[i].kind);
+        TEST_ASSERT_EQUAL_UINT64(snapshot_of[i], results[i].snapshot);
+        TEST_ASSERT_EQUAL_HEX32(0, results[i].flags);
+    }
+}
+
+static void expect_given_up(int64_t error_ns)
+{
+    const struct shef_pairing_params params = shef_pairing_default_params();
+    struct shef_test_random random = shef_test_random_start();
+    struct rig rig = plain;
+
+    rig.n = 300;
+    rig.skipped_share = 1.0 / 16;
+    rig.has_host = true;
+    make(&rig, &random);
+    shef_pairing_init(&pairing, &params);
+    memset(has_result, 0, sizeof has_result);
+    shef_pairing_lock(&pairing,
+                      &(struct shef_pairing_anchor){
+                          exposures[0].frame.camera,
+                          { exposures[0].snapshot.rise.ns + error_ns },
+                      },
+                      false);
+    for (int32_t i = 0; i < rig.n; i++) {
+        add_snapshot(&exposures[i]);
+        add_frame(&exposures[i]);
+    }
+    shef_pairing_finish(&pairing);
+    take_all(0);
+    for (int32_t i = 100; i < rig.n; i++) {
+        TEST_ASSERT_TRUE(has_result[i]);
+        TEST_ASSERT_EQUAL(SHEF_PAIRING_PAIR, results[i].kind);
+        TEST_ASSERT_EQUAL_UINT64(snapshot_of[i], results[i].snapshot);
+    }
+}
+
+static void test_a_known_pair_that_is_wrong_is_given_up(void)
+{
+    expect_given_up(7 * MS);
+    expect_given_up(-7 * MS);
+    expect_given_up(60000 * MS);
+}
+
 static void test_event_time_that_jumps_back_is_found_again(void)
 {
     const struct shef_pairing_params params = shef_pairing_default_params();
@@ -550,6 +640,9 @@ int main(void)
     RUN_TEST(test_frames_that_come_long_before_their_snapshots_wait);
     RUN_TEST(test_a_frame_without_snapshots_waits_no_longer_than_told);
     RUN_TEST(test_a_camera_clock_that_starts_again_is_found_again);
+    RUN_TEST(test_a_camera_clock_that_jumps_ahead_is_found_again);
+    RUN_TEST(test_a_known_pair_lets_every_frame_go_at_once);
+    RUN_TEST(test_a_known_pair_that_is_wrong_is_given_up);
     RUN_TEST(test_event_time_that_jumps_back_is_found_again);
     RUN_TEST(test_a_gap_in_the_events_is_bridged);
     RUN_TEST(test_frames_after_the_last_events_get_none);
