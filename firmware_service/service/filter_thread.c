@@ -11,9 +11,6 @@
 /* 16384 events are 128 KiB: a batch stays in the L2 cache between decoder and filter. */
 #define BATCH_EVENTS 16384
 
-/* The trigger input that carries the frame camera's exposure signal. */
-#define EXPOSURE_CHANNEL 0
-
 struct shef_filter_stage {
     /* Set by create. */
     struct shef_filter_stage_params params;
@@ -46,7 +43,7 @@ static enum shef_err create_parts(struct shef_filter_stage *stage, struct shef_e
     struct shef_snapshot_params snapshots = shef_snapshot_default_params();
     enum shef_err code;
 
-    snapshots.channel = EXPOSURE_CHANNEL;
+    snapshots.channel = SHEF_EXPOSURE_CHANNEL;
     snapshots.n_snapshots = SHEF_FILTER_SNAPSHOTS;
     snapshots.n_steps = stage->params.look_ahead;
     snapshots.delay_ns = source->calibration.frame_delay.ns + source->calibration.event_delay.ns;
@@ -158,7 +155,7 @@ static void use_batch(struct shef_filter_stage *stage, const struct shef_event_i
         struct shef_trigger *trigger = &batch->triggers[i];
 
         trigger->t_us += item->time_shift_us;
-        if (trigger->channel == EXPOSURE_CHANNEL)
+        if (trigger->channel == SHEF_EXPOSURE_CHANNEL)
             shef_count(trigger->rising ? &counters->n_rising : &counters->n_falling, 1);
     }
     if (stage->awaits_pass && (batch->n_events > 0 || batch->n_triggers > 0)) {

@@ -177,6 +177,11 @@ enum shef_err shef_source_open(const char *path, const char *calibration_path,
     if (code == SHEF_OK)
         code = check_format(source, err);
     if (code == SHEF_OK)
+        code = shef_first_pair_find(path, source->frames, &source->clock,
+                                    source->calibration.frame_delay.ns +
+                                        source->calibration.event_delay.ns,
+                                    &source->first_pair, err);
+    if (code == SHEF_OK)
         code = read_poses(source, err);
     if (code != SHEF_OK) {
         shef_source_close(source);

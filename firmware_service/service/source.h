@@ -1,6 +1,7 @@
 /* A recording as the service plays it: opened, checked, and what is known of it beforehand.
  *
- * Opening reads indexes and poses, allocates all buffers, and refuses what cannot be played.
+ * Opening reads indexes, poses and the first events, allocates all buffers, and refuses what cannot
+ * be played.
  * Thread: setup; the parts belong to the threads of the sources once these run. */
 #ifndef SHEF_SERVICE_SOURCE_H
 #define SHEF_SERVICE_SOURCE_H
@@ -17,6 +18,7 @@
 #include "record/recorded_clock.h"
 #include "record/recorded_frames.h"
 #include "record/replay.h"
+#include "service/first_pair.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -47,7 +49,8 @@ struct shef_source {
     struct shef_pool *frame_pool;
     enum shef_frame_pixels pixels;
     uint32_t n_frames;
-    uint64_t numbers_per_pass; /* by how much the camera's numbers grow with every pass */
+    struct shef_first_pair first_pair; /* in the first pass */
+    uint64_t numbers_per_pass;         /* by how much the camera's numbers grow with every pass */
     /* Poses; none: n is 0. */
     struct shef_pose_track poses;
     /* The whole recording. */

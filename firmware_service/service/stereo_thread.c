@@ -15,13 +15,19 @@
  * with 1.5 ms of jitter against a period of 18 ms they suffice. */
 #define DECIDE_FRAMES 8
 
+/* Of the present pass. */
 static void begin_pairing(struct shef_stereo_stage *stage)
 {
+    const struct shef_source *source = stage->params.source;
     struct shef_pairing_params params = shef_pairing_default_params();
+    struct shef_pairing_anchor pair = source->first_pair.pair;
 
-    params.begins_together = stage->params.source->clock.starts_whole;
+    params.begins_together = source->clock.starts_whole;
     params.n_decide = DECIDE_FRAMES;
     shef_pairing_init(&stage->pairing, &params);
+    pair.event = shef_event_time_add(pair.event, stage->pass * source->pass_ns);
+    if (source->first_pair.is_known)
+        shef_pairing_lock(&stage->pairing, &pair, source->first_pair.is_ambiguous);
 }
 
 static void set_calib_id(struct shef_stereo_stage *stage)
@@ -205,9 +211,9 @@ static void change_pass(struct shef_stereo_stage *stage, uint32_t pass)
         continue;
     stage->n_skipped_before += shef_pairing_stats(&stage->pairing).n_skipped;
     release_snapshots(stage, stage->n_snapshots);
+    stage->pass = pass;
     begin_pairing(stage);
     shef_depth_chain_reset(stage->chain);
-    stage->pass = pass;
     for (int32_t i = 0; i < SHEF_STEREO_FRAMES; i++)
         if (stage->frames[i].is_held && stage->frames[i].item.pass == pass)
             pair_frame(stage, &stage->frames[i]);
@@ -263,6 +269,8 @@ static void use_frame(struct shef_stereo_stage *stage, const struct shef_frame_i
     *held = (struct shef_held_frame){ .is_held = true, .item = *item };
     if (!is_usable(stage, &item->frame.info))
         lose(stage, held, SHEF_LOSS_DAMAGED);
+    else if (item->pass < stage->pass)
+        lose(stage, held, SHEF_LOSS_NO_PAIR); /* so late that its pass is over */
     else if (item->pass > stage->pass)
         held->is_early = true;
     else
