@@ -16,8 +16,10 @@ struct shef_replay {
     uint8_t start_state[SHEF_BLOCK_STATE_BYTES];
     /* The source thread's, but for the pacer's permissions. */
     struct shef_replay_pacer pacer;
-    struct shef_raw_packet next; /* read, not delivered; buffer NULL: there is none */
-    uint64_t n_seen;             /* the block number after the last one's */
+    struct shef_raw_packet next;           /* read, not delivered; buffer NULL: there is none */
+    uint64_t n_seen;                       /* the block number after the last one's */
+    uint8_t state[SHEF_BLOCK_STATE_BYTES]; /* at the start of the last one that was read */
+    bool follows;                          /* it does */
 };
 
 static enum shef_err open_reader(struct shef_replay *replay, const char *path,
@@ -109,7 +111,15 @@ static enum shef_err read_ahead(struct shef_replay *replay, struct shef_error *e
         .n_lost_before = n_lost < UINT32_MAX ? (uint32_t)n_lost : UINT32_MAX,
     };
     replay->n_seen = block.record.number + 1;
+    memcpy(replay->state, block.record.state, sizeof replay->state);
+    replay->follows = block.follows;
     return SHEF_OK;
+}
+
+const uint8_t *shef_replay_state(const struct shef_replay *replay, bool *out_follows)
+{
+    *out_follows = replay->follows;
+    return replay->state;
 }
 
 shef_host_time shef_replay_due(const struct shef_replay *replay)

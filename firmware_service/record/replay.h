@@ -6,6 +6,7 @@
 #ifndef SHEF_RECORD_REPLAY_H
 #define SHEF_RECORD_REPLAY_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "core/error.h"
@@ -42,6 +43,11 @@ const uint8_t *shef_replay_start_state(const struct shef_replay *replay);
 SHEF_MUST_CHECK enum shef_err shef_replay_take(struct shef_replay *replay,
                                                struct shef_raw_packet *out_packet,
                                                struct shef_error *err);
+
+/* How decoding stands at the start of the buffer that take() lent last, for shef_evt_restore().
+ *   out_follows  whether nothing is missing between the one before and this; false for the first
+ *                                                                 Thread: source. */
+const uint8_t *shef_replay_state(const struct shef_replay *replay, bool *out_follows);
 
 /* When the next buffer is due, after take() has said SHEF_ERR_TIMEOUT; for stepped pace it is
  * whenever step() is called, and the time has no meaning.         Thread: source. */

@@ -6,6 +6,7 @@
 #include "core/cpu.h"
 #include "core/memory.h"
 #include "pipeline/snapshot.h"
+#include "service/push.h"
 #include "service/wiring.h"
 
 /* 16384 events are 128 KiB: a batch stays in the L2 cache between decoder and filter. */
@@ -24,8 +25,9 @@ struct shef_filter_stage {
     /* The filter thread's. */
     struct shef_evt_decoder decoder;
     struct shef_event_batch batch;
-    uint64_t next_number; /* of the snapshots */
-    uint32_t pass;
+    uint64_t next_number;     /* of the snapshots */
+    uint32_t decoded_pass;    /* of the last buffer */
+    uint32_t pass;            /* of the last event or trigger */
     bool awaits_pass;         /* the present pass has not yet shown a time */
     int64_t pass_us;          /* event time at which it began */
     uint64_t n_events_before; /* by decoders of earlier passes, as the next */
@@ -123,9 +125,7 @@ static void hand_on(struct shef_filter_stage *stage, shef_host_time arrived)
         shef_count(&counters->n_predicted, (item.snapshot->flags & SHEF_SNAPSHOT_PREDICTED) != 0);
         item.pass = pass_of(stage, item.snapshot);
         item.ready = shef_clock_now(stage->params.pace->clock);
-        shef_pace_begun(stage->params.pace);
-        if (shef_link_push(stage->to_stereo, &item) != SHEF_OK) {
-            shef_pace_done(stage->params.pace);
+        if (!shef_push_in_time(stage->to_stereo, &item, stage->params.pace, stage->wake)) {
             shef_count(&counters->n_snapshots_lost, 1);
             shef_snapshot_pool_give(pool, item.snapshot);
         }
@@ -168,7 +168,8 @@ static void use_batch(struct shef_filter_stage *stage, const struct shef_event_i
     hand_on(stage, item->raw.arrived);
 }
 
-static void begin_pass(struct shef_filter_stage *stage)
+/* Something is missing before this item, or everything: what came before says nothing about it. */
+static void restart_decoder(struct shef_filter_stage *stage, const struct shef_event_item *item)
 {
     const struct shef_event_part *part = shef_replay_part(stage->params.source->events);
     const struct shef_evt_stats *stats = &stage->decoder.stats;
@@ -179,11 +180,9 @@ static void begin_pass(struct shef_filter_stage *stage)
         stage->n_violations_before += stats->n_violations[i];
     shef_evt_init(&stage->decoder, part->format, part->width_px, part->height_px, 0,
                   shef_cpu_features());
-    code = shef_evt_restore(&stage->decoder, shef_replay_start_state(stage->params.source->events),
-                            NULL);
+    code = shef_evt_restore(&stage->decoder, item->state, NULL);
     /* A state that makes no sense: decoding finds its own way, with times of its own. */
     (void)code;
-    stage->awaits_pass = true;
 }
 
 static void count(struct shef_filter_stage *stage, int64_t took_ns)
@@ -210,8 +209,10 @@ static void use_buffer(struct shef_filter_stage *stage, const struct shef_event_
     const uint8_t *bytes = item->raw.buffer->data;
     size_t n_left = item->raw.buffer->used_bytes;
 
-    if (item->begins_pass)
-        begin_pass(stage);
+    if (!item->follows)
+        restart_decoder(stage, item);
+    stage->awaits_pass = stage->awaits_pass || item->pass != stage->decoded_pass;
+    stage->decoded_pass = item->pass;
     while (n_left > 0) {
         shef_event_batch_clear(&stage->batch);
 
@@ -225,24 +226,10 @@ static void use_buffer(struct shef_filter_stage *stage, const struct shef_event_
     count(stage, shef_host_time_since(shef_clock_now(clock), start));
 }
 
-/* The last item must arrive, so it waits for room. */
-static void hand_on_end(struct shef_filter_stage *stage)
-{
-    const struct shef_snapshot_item end = { .snapshot = NULL };
-
-    shef_pace_begun(stage->params.pace);
-    while (shef_link_push(stage->to_stereo, &end) != SHEF_OK) {
-        if (shef_pace_is_stopping(stage->params.pace)) {
-            shef_pace_done(stage->params.pace);
-            return;
-        }
-        shef_wake_wait(stage->wake, 1);
-    }
-}
-
 void shef_filter_thread(void *context)
 {
     struct shef_filter_stage *stage = context;
+    const struct shef_snapshot_item end = { .snapshot = NULL };
     struct shef_event_item item;
 
     while (!shef_pace_is_stopping(stage->params.pace)) {
@@ -251,7 +238,7 @@ void shef_filter_thread(void *context)
             if (item.raw.buffer)
                 use_buffer(stage, &item);
             else
-                hand_on_end(stage);
+                (void)shef_push_surely(stage->to_stereo, &end, stage->params.pace, stage->wake);
             shef_pace_done(stage->params.pace);
         }
     }

@@ -361,6 +361,11 @@ enum shef_err shef_link_push(struct shef_link *link, const void *item)
     return SHEF_OK;
 }
 
+bool shef_link_has_room(const struct shef_link *link)
+{
+    return shef_ring_count(&link->ring) < link->row.capacity;
+}
+
 enum shef_err shef_link_pop(struct shef_link *link, void *out_item)
 {
     return shef_ring_pop(&link->ring, out_item);

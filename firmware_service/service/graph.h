@@ -118,6 +118,9 @@ int64_t shef_graph_cpu_ns(const struct shef_graph *graph, const char *thread);
  * SHEF_ERR_FULL: nothing was written, and the loss is counted. */
 SHEF_MUST_CHECK enum shef_err shef_link_push(struct shef_link *link, const void *item);
 
+/* Whether the next push will find room.                           Thread: the ring's producer. */
+bool shef_link_has_room(const struct shef_link *link);
+
 /* Copies the oldest item out.                                     Thread: the ring's consumer.
  * SHEF_ERR_EMPTY: wait for the thread's wake-up. */
 SHEF_MUST_CHECK enum shef_err shef_link_pop(struct shef_link *link, void *out_item);

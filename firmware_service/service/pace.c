@@ -55,6 +55,12 @@ static void sleep_until(struct shef_pace *pace, struct shef_wake *wake, shef_hos
         shef_wake_wait(wake, 0);
 }
 
+/* Relaxed: for watchdogs; it orders nothing. */
+static void set_idle(struct shef_pace *pace, enum shef_pace_source source, bool is_idle)
+{
+    atomic_store_explicit(&pace->is_idle[source], is_idle, memory_order_relaxed);
+}
+
 bool shef_pace_wait(struct shef_pace *pace, enum shef_pace_source source, shef_host_time arrived)
 {
     struct shef_wake *wake = pace->wakes[source];
@@ -62,9 +68,11 @@ bool shef_pace_wait(struct shef_pace *pace, enum shef_pace_source source, shef_h
     if (shef_pace_is_live(pace)) {
         const shef_host_time due = shef_host_time_add(arrived, pace->host_shift_ns);
 
+        set_idle(pace, source, true);
         while (!shef_pace_is_stopping(pace) &&
                shef_host_time_before(shef_clock_now(pace->clock), due))
             sleep_until(pace, wake, due);
+        set_idle(pace, source, false);
         return !shef_pace_is_stopping(pace);
     }
     atomic_store(&pace->next_ns[source], arrived.ns);
@@ -82,6 +90,7 @@ void shef_pace_went(struct shef_pace *pace, enum shef_pace_source source)
 
 void shef_pace_ended(struct shef_pace *pace, enum shef_pace_source source)
 {
+    set_idle(pace, source, true);
     if (shef_pace_is_live(pace))
         return;
     atomic_store(&pace->next_ns[source], INT64_MAX);
@@ -104,6 +113,11 @@ void shef_pace_done(struct shef_pace *pace)
 int32_t shef_pace_under_way(const struct shef_pace *pace)
 {
     return atomic_load(&pace->n_under_way);
+}
+
+bool shef_pace_is_idle(const struct shef_pace *pace, enum shef_pace_source source)
+{
+    return atomic_load_explicit(&pace->is_idle[source], memory_order_relaxed);
 }
 
 void shef_pace_stop(struct shef_pace *pace)

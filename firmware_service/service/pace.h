@@ -35,6 +35,8 @@ struct shef_pace {
     int64_t host_shift_ns;
     /* Each source writes its own; INT64_MIN: not yet known, INT64_MAX: ended. */
     _Atomic int64_t next_ns[SHEF_PACE_SOURCES];
+    /* The same; it has nothing to do: it waits for the clock, or has ended. */
+    _Atomic bool is_idle[SHEF_PACE_SOURCES];
     _Atomic int32_t n_under_way;
     _Atomic bool is_stopping;
 };
@@ -65,6 +67,10 @@ void shef_pace_done(struct shef_pace *pace);
 
 /* How many are.                                                   Thread: any. */
 int32_t shef_pace_under_way(const struct shef_pace *pace);
+
+/* Whether a source waits for the clock or has ended, for watchdogs. A source that waits for its
+ * turn is not idle: somebody has to give it the turn.             Thread: any. */
+bool shef_pace_is_idle(const struct shef_pace *pace, enum shef_pace_source source);
 
 /* Makes every wait() return false.                                Thread: control. */
 void shef_pace_stop(struct shef_pace *pace);

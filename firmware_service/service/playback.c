@@ -265,6 +265,12 @@ void shef_playback_fail(struct shef_playback *playback, const struct shef_error 
     atomic_store_explicit(&playback->has_failed, true, memory_order_release);
 }
 
+bool shef_playback_is_failing(const struct shef_playback *playback)
+{
+    /* Relaxed: whoever sees it only ends; the sentence goes with has_failed. */
+    return atomic_load_explicit(&playback->is_failing, memory_order_relaxed);
+}
+
 /* ---- reports ---------------------------------------------------------------------------- */
 
 enum shef_playback_state shef_playback_state(const struct shef_playback *playback)
@@ -354,23 +360,49 @@ int64_t shef_playback_workers_cpu_ns(const struct shef_playback *playback)
     return sum_ns;
 }
 
+/* Notes how far a stage or source has come. Returns whether that is farther than last time. */
+static bool has_moved(struct shef_playback *playback, int i, uint64_t n_steps)
+{
+    const bool moved = n_steps != playback->last_steps[i];
+
+    playback->last_steps[i] = n_steps;
+    return moved;
+}
+
 uint64_t shef_playback_progress(struct shef_playback *playback)
 {
     const struct shef_counters *counters = &playback->counters;
+    const struct shef_pace *pace = &playback->pace;
     const struct {
-        const struct shef_link *input;
+        const struct shef_link *input; /* NULL: a source */
+        enum shef_pace_source source;
         uint64_t n_steps;
-    } stages[] = {
-        { playback->to_filter, shef_counter_get(&counters->n_packets) },
-        { playback->frames_to_stereo, shef_counter_get(&counters->n_frames_taken) },
-        { playback->results_in, shef_counter_get(&counters->n_results_done) },
+    } parts[SHEF_PLAYBACK_STEPS] = {
+        { .input = playback->to_filter, .n_steps = shef_counter_get(&counters->n_packets) },
+        { .input = playback->frames_to_stereo,
+          .n_steps = shef_counter_get(&counters->n_frames_taken) },
+        { .input = playback->results_in, .n_steps = shef_counter_get(&counters->n_results_done) },
+        { .source = SHEF_PACE_EVENTS, .n_steps = shef_counter_get(&counters->n_buffers) },
+        { .source = SHEF_PACE_FRAMES,
+          .n_steps = shef_counter_get(&counters->n_frames_in) +
+                     shef_counter_get(&counters->n_frames_missing) },
+        { .source = SHEF_PACE_POSES, .n_steps = shef_counter_get(&counters->n_poses) },
     };
+    bool has_any_moved = false;
+    bool is_any_busy = false;
     bool is_stuck = false;
 
-    for (size_t i = 0; i < sizeof stages / sizeof stages[0]; i++) {
-        is_stuck = is_stuck || (shef_ring_count(&stages[i].input->ring) > 0 &&
-                                stages[i].n_steps == playback->last_steps[i]);
-        playback->last_steps[i] = stages[i].n_steps;
+    for (int i = 0; i < SHEF_PLAYBACK_STEPS; i++) {
+        const bool moved = has_moved(playback, i, parts[i].n_steps);
+        const bool is_busy = parts[i].input ? shef_ring_count(&parts[i].input->ring) > 0
+                                            : !shef_pace_is_idle(pace, parts[i].source);
+
+        has_any_moved = has_any_moved || moved;
+        is_any_busy = is_any_busy || is_busy;
+        /* Sources that take turns may wait for each other. */
+        if (parts[i].input || shef_pace_is_live(pace))
+            is_stuck = is_stuck || (is_busy && !moved);
     }
+    is_stuck = is_stuck || (is_any_busy && !has_any_moved);
     return playback->n_progress += !is_stuck;
 }

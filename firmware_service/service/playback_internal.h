@@ -12,6 +12,9 @@
 #include "service/stereo_thread.h"
 #include "service/wiring.h"
 
+/* The stages that take from a ring, and the sources. */
+#define SHEF_PLAYBACK_STEPS (3 + SHEF_PACE_SOURCES)
+
 struct shef_playback {
     /* Set by create, then read-only. */
     struct shef_config config;
@@ -42,7 +45,7 @@ struct shef_playback {
     struct shef_publish_status_before status_before;
     /* The control thread's. */
     uint64_t n_progress;
-    uint64_t last_steps[3];
+    uint64_t last_steps[SHEF_PLAYBACK_STEPS];
 };
 
 /* Threads of the sources. */
@@ -54,7 +57,10 @@ void shef_publisher_thread(void *context);
 /* Publishes a result and gives it back.            Thread: publisher; setup once it has ended. */
 void shef_playback_publish(struct shef_playback *playback, struct shef_result *result);
 
-/* Notes why the source ends before its end.                       Thread: any. */
+/* Notes why the source ends before its end; all of them end then. Thread: any. */
 void shef_playback_fail(struct shef_playback *playback, const struct shef_error *err);
+
+/* Whether one of them has failed.                                 Thread: any. */
+bool shef_playback_is_failing(const struct shef_playback *playback);
 
 #endif

@@ -1,8 +1,14 @@
 /* The threads that bring a recording in, as devices would. */
+#include <assert.h>
+#include <string.h>
+
 #include "service/playback_internal.h"
+#include "service/push.h"
 
 /* Buffers come back without a signal; there are so many that waiting for one is rare. */
 #define BUFFER_WAIT_MS 1
+
+static_assert(SHEF_EVT_STATE_BYTES == SHEF_BLOCK_STATE_BYTES, "blocks keep the decoder's state");
 
 /* What to add to a recorded arrival time. */
 struct shift {
@@ -17,58 +23,62 @@ static struct shift shift_of(const struct shef_playback *playback, uint32_t pass
     return (struct shift){ recorded_ns, recorded_ns + playback->pace.host_shift_ns };
 }
 
-/* Hands an item on for certain: nothing may get lost after the last one. */
-static void push_end(struct shef_playback *playback, struct shef_link *link, struct shef_wake *own,
-                     const void *item)
+/* Whether there is any use in the next item. */
+static bool goes_on(const struct shef_playback *playback)
 {
-    shef_pace_begun(&playback->pace);
-    while (shef_link_push(link, item) != SHEF_OK) {
-        if (shef_pace_is_stopping(&playback->pace)) {
-            shef_pace_done(&playback->pace);
-            return;
-        }
-        shef_wake_wait(own, BUFFER_WAIT_MS);
-    }
+    return !shef_pace_is_stopping(&playback->pace) && !shef_playback_is_failing(playback);
 }
 
 /* ---- events ----------------------------------------------------------------------------- */
 
-/* The next buffer of the recording; goes on with the next pass if it is looped. */
+/* The next buffer of the recording; goes on with the next pass if it is looped.
+ * SHEF_ERR_EMPTY: that was all, or all that is of use. */
 static enum shef_err next_buffer(struct shef_playback *playback, struct shef_wake *own,
                                  struct shef_event_item *item, struct shef_error *err)
 {
-    enum shef_err code;
+    bool begins_pass = false;
 
-    item->begins_pass = false;
-    for (;;) {
-        code = shef_replay_take(playback->source->events, &item->raw, err);
-        if (code == SHEF_OK || shef_pace_is_stopping(&playback->pace))
-            return code;
+    while (goes_on(playback)) {
+        const enum shef_err code = shef_replay_take(playback->source->events, &item->raw, err);
+
         if (code == SHEF_ERR_FULL) {
             shef_wake_wait(own, BUFFER_WAIT_MS);
-        } else if (code == SHEF_ERR_EMPTY && playback->config.source.loop) {
+        } else if (code == SHEF_ERR_EMPTY && playback->config.source.loop && !begins_pass) {
             shef_replay_rewind(playback->source->events);
             item->pass++;
-            item->begins_pass = true;
+            begins_pass = true;
         } else {
             return code;
         }
     }
+    return SHEF_ERR_EMPTY;
 }
 
-static void hand_on_events(struct shef_playback *playback, struct shef_event_item *item)
+/* Returns whether the filter got it. */
+static bool hand_on_events(struct shef_playback *playback, struct shef_wake *own,
+                           struct shef_event_item *item)
 {
     struct shef_counters *counters = &playback->counters;
 
     shef_count(&counters->n_buffers, 1);
     shef_count(&counters->n_buffers_missing, item->raw.n_lost_before);
     shef_recorder_offer_events(playback->recorder, &item->raw);
-    shef_pace_begun(&playback->pace);
-    if (shef_link_push(playback->to_filter, item) == SHEF_OK)
-        return;
-    shef_pace_done(&playback->pace);
+    if (shef_push_in_time(playback->to_filter, item, &playback->pace, own))
+        return true;
     shef_count(&counters->n_buffers_lost, 1);
     shef_buffer_give(item->raw.buffer);
+    return false;
+}
+
+/* What decoding has to know. */
+static void set_state(const struct shef_playback *playback, bool lost_before,
+                      struct shef_event_item *item)
+{
+    bool follows;
+    const uint8_t *state = shef_replay_state(playback->source->events, &follows);
+
+    memcpy(item->state, state, sizeof item->state);
+    item->follows = follows && !lost_before;
 }
 
 void shef_events_thread(void *context)
@@ -77,7 +87,7 @@ void shef_events_thread(void *context)
     struct shef_wake *own = shef_graph_wake(playback->graph, "events");
     struct shef_event_item item = { .pass = 0 };
     struct shef_error err;
-    bool begins_pass = true;
+    bool is_lost = false; /* the buffer before */
     enum shef_err code;
 
     while ((code = next_buffer(playback, own, &item, &err)) == SHEF_OK) {
@@ -88,22 +98,22 @@ void shef_events_thread(void *context)
             shef_buffer_give(item.raw.buffer);
             return;
         }
-        item.begins_pass = item.begins_pass || begins_pass;
-        begins_pass = false;
+        set_state(playback, is_lost, &item);
         item.time_shift_us = shift.recorded_ns / SHEF_NS_PER_US;
         item.raw.arrived = shef_host_time_add(item.raw.arrived, shift.live_ns);
         if (shef_pace_is_live(&playback->pace))
             shef_latency_add(
                 &playback->counters.events_late,
                 shef_host_time_since(shef_clock_now(playback->pace.clock), item.raw.arrived));
-        hand_on_events(playback, &item);
+        is_lost = !hand_on_events(playback, own, &item);
         shef_pace_went(&playback->pace, SHEF_PACE_EVENTS);
     }
     if (shef_pace_is_stopping(&playback->pace))
         return;
     if (code != SHEF_ERR_EMPTY)
         shef_playback_fail(playback, &err);
-    push_end(playback, playback->to_filter, own, &(struct shef_event_item){ .pass = item.pass });
+    item = (struct shef_event_item){ .pass = item.pass };
+    (void)shef_push_surely(playback->to_filter, &item, &playback->pace, own);
     shef_pace_ended(&playback->pace, SHEF_PACE_EVENTS);
 }
 
@@ -123,32 +133,43 @@ static struct shef_buffer *take_late(struct shef_playback *playback, struct shef
     return buffer;
 }
 
+/* Into the item's buffer. */
 static enum shef_err read_frame(struct shef_playback *playback, uint32_t index,
-                                struct shef_buffer *buffer, struct shef_frame_item *item,
-                                struct shef_error *err)
+                                struct shef_frame_item *item, struct shef_error *err)
 {
     struct shef_recorded_frame frame;
-    const enum shef_err code =
-        shef_recorded_frames_read_into(playback->source->frames, index, buffer->data, &frame, err);
+    const enum shef_err code = shef_recorded_frames_read_into(
+        playback->source->frames, index, item->frame.buffer->data, &frame, err);
 
     if (code != SHEF_OK)
         return code;
-    buffer->used_bytes = shef_frame_bytes(&frame.info);
-    item->frame.buffer = buffer;
+    item->frame.buffer->used_bytes = shef_frame_bytes(&frame.info);
     item->frame.info = frame.info;
     return SHEF_OK;
 }
 
-static void hand_on_frame(struct shef_playback *playback, struct shef_frame_item *item)
+/* Puts the frame into the present pass and by the service's clock. */
+static void stamp_frame(struct shef_playback *playback, const struct shift *shift,
+                        struct shef_frame_item *item)
 {
-    struct shef_counters *counters = &playback->counters;
+    struct shef_frame_info *info = &item->frame.info;
 
-    shef_recorder_offer_frame(playback->recorder, &item->frame);
-    shef_pace_begun(&playback->pace);
-    if (shef_link_push(playback->frames_to_stereo, item) == SHEF_OK)
+    info->arrived = shef_host_time_add(info->arrived, shift->live_ns);
+    info->number += (uint64_t)item->pass * playback->source->numbers_per_pass;
+    if (!shef_pace_is_live(&playback->pace))
         return;
-    shef_pace_done(&playback->pace);
-    shef_count(&counters->n_frames_unread, 1);
+    item->complete = info->arrived;
+    shef_latency_add(&playback->counters.frames_late,
+                     shef_host_time_since(shef_clock_now(playback->pace.clock), item->complete));
+}
+
+static void hand_on_frame(struct shef_playback *playback, struct shef_wake *own,
+                          struct shef_frame_item *item)
+{
+    shef_recorder_offer_frame(playback->recorder, &item->frame);
+    if (shef_push_in_time(playback->frames_to_stereo, item, &playback->pace, own))
+        return;
+    shef_count(&playback->counters.n_frames_unread, 1);
     shef_buffer_give(item->frame.buffer);
 }
 
@@ -159,48 +180,40 @@ static bool play_frame(struct shef_playback *playback, struct shef_wake *own, ui
     struct shef_source *source = playback->source;
     struct shef_counters *counters = &playback->counters;
     const struct shift shift = shift_of(playback, pass);
-    struct shef_frame_item item = { .pass = pass, .frame = { .number = number } };
     const shef_host_time arrived = shef_recorded_frames_info(source->frames, index)->arrived;
+    struct shef_frame_item item = { .pass = pass, .frame = { .number = number } };
     struct shef_buffer *buffer = shef_pool_take(source->frame_pool);
-    struct shef_error err;
     enum shef_err code = SHEF_OK;
+    struct shef_error err;
 
+    item.frame.buffer = buffer;
     if (buffer)
-        code = read_frame(playback, index, buffer, &item, &err);
-
-    bool goes_on = shef_pace_wait(&playback->pace, SHEF_PACE_FRAMES,
-                                  shef_host_time_add(arrived, shift.recorded_ns));
-
-    if (goes_on && !buffer) {
-        buffer = take_late(playback, own);
-        if (buffer)
-            code = read_frame(playback, index, buffer, &item, &err);
-    }
-    if (goes_on && code != SHEF_ERR_FORMAT)
-        shef_count(&counters->n_frames_in, 1);
-    if (goes_on && !buffer) {
-        shef_count(&counters->n_frames_unread, 1);
-    } else if (goes_on && code == SHEF_OK) {
-        item.frame.info.arrived = shef_host_time_add(arrived, shift.live_ns);
-        item.frame.info.number += (uint64_t)pass * source->numbers_per_pass;
-        if (shef_pace_is_live(&playback->pace)) {
-            item.complete = item.frame.info.arrived;
-            shef_latency_add(
-                &counters->frames_late,
-                shef_host_time_since(shef_clock_now(playback->pace.clock), item.complete));
-        }
-        hand_on_frame(playback, &item);
-    } else {
+        code = read_frame(playback, index, &item, &err);
+    if (!shef_pace_wait(&playback->pace, SHEF_PACE_FRAMES,
+                        shef_host_time_add(arrived, shift.recorded_ns))) {
         if (buffer)
             shef_buffer_give(buffer);
-        if (goes_on && code == SHEF_ERR_FORMAT)
-            shef_count(&counters->n_frames_missing, 1);
-        else if (goes_on)
+        return false;
+    }
+    if (!buffer) {
+        buffer = take_late(playback, own);
+        item.frame.buffer = buffer;
+        if (buffer)
+            code = read_frame(playback, index, &item, &err);
+    }
+    shef_count(code == SHEF_OK ? &counters->n_frames_in : &counters->n_frames_missing, 1);
+    if (!buffer) {
+        shef_count(&counters->n_frames_unread, 1);
+    } else if (code == SHEF_OK) {
+        stamp_frame(playback, &shift, &item);
+        hand_on_frame(playback, own, &item);
+    } else {
+        shef_buffer_give(buffer);
+        if (code != SHEF_ERR_FORMAT)
             shef_playback_fail(playback, &err);
-        goes_on = goes_on && code == SHEF_ERR_FORMAT;
     }
     shef_pace_went(&playback->pace, SHEF_PACE_FRAMES);
-    return goes_on;
+    return code == SHEF_OK || code == SHEF_ERR_FORMAT;
 }
 
 void shef_frames_thread(void *context)
@@ -209,16 +222,17 @@ void shef_frames_thread(void *context)
     struct shef_wake *own = shef_graph_wake(playback->graph, "frames");
     uint64_t number = 0;
     uint32_t pass = 0;
-    bool goes_on = true;
+    bool may_go_on = true;
 
     do {
-        for (uint32_t i = 0; i < playback->source->n_frames && goes_on; i++)
-            goes_on = play_frame(playback, own, pass, i, number++);
+        for (uint32_t i = 0; i < playback->source->n_frames && may_go_on; i++)
+            may_go_on = goes_on(playback) && play_frame(playback, own, pass, i, number++);
         pass++;
-    } while (goes_on && playback->config.source.loop);
+    } while (may_go_on && playback->config.source.loop);
     if (shef_pace_is_stopping(&playback->pace))
         return;
-    push_end(playback, playback->frames_to_stereo, own, &(struct shef_frame_item){ .pass = pass });
+    (void)shef_push_surely(playback->frames_to_stereo, &(struct shef_frame_item){ .pass = pass },
+                           &playback->pace, own);
     shef_pace_ended(&playback->pace, SHEF_PACE_FRAMES);
 }
 
@@ -227,13 +241,14 @@ void shef_frames_thread(void *context)
 void shef_poses_thread(void *context)
 {
     struct shef_playback *playback = context;
+    struct shef_wake *own = shef_graph_wake(playback->graph, "poses");
     const struct shef_pose_track *track = &playback->source->poses;
     uint32_t pass = 0;
 
     do {
         const struct shift shift = shift_of(playback, pass);
 
-        for (size_t i = 0; i < track->n; i++) {
+        for (size_t i = 0; i < track->n && goes_on(playback); i++) {
             struct shef_pose_item item = { .pose = track->poses[i] };
 
             if (!shef_pace_wait(&playback->pace, SHEF_PACE_POSES,
@@ -245,13 +260,11 @@ void shef_poses_thread(void *context)
             shef_recorder_offer_pose(playback->recorder, item.pose.arrived,
                                      track->packages + i * track->recipe.package_bytes,
                                      track->recipe.package_bytes);
-            shef_pace_begun(&playback->pace);
             /* A full ring costs one of 125 poses a second; the link counts it. */
-            if (shef_link_push(playback->poses_to_stereo, &item) != SHEF_OK)
-                shef_pace_done(&playback->pace);
+            (void)shef_push_in_time(playback->poses_to_stereo, &item, &playback->pace, own);
             shef_pace_went(&playback->pace, SHEF_PACE_POSES);
         }
         pass++;
-    } while (playback->config.source.loop && track->n > 0);
+    } while (playback->config.source.loop && track->n > 0 && goes_on(playback));
     shef_pace_ended(&playback->pace, SHEF_PACE_POSES);
 }

@@ -6,6 +6,7 @@
 
 #include "core/cpu.h"
 #include "core/memory.h"
+#include "service/push.h"
 #include "service/stereo_internal.h"
 
 /* While frames wait for snapshots that may never come, their waiting is looked at this often. */
@@ -342,14 +343,7 @@ static void end(struct shef_stereo_stage *stage)
             lose(stage, &stage->frames[i], SHEF_LOSS_NO_PAIR);
     stage->frames_ended = false;
     stage->events_ended = false;
-    shef_pace_begun(stage->params.pace);
-    while (shef_link_push(stage->results_out, &last) != SHEF_OK) {
-        if (shef_pace_is_stopping(stage->params.pace)) {
-            shef_pace_done(stage->params.pace);
-            return;
-        }
-        shef_wake_wait(stage->wake, 1);
-    }
+    (void)shef_push_surely(stage->results_out, &last, stage->params.pace, stage->wake);
 }
 
 void shef_stereo_thread(void *context)

@@ -13,6 +13,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "codecs/evt.h"
 #include "core/frame.h"
 #include "core/packets.h"
 #include "core/time.h"
@@ -40,8 +41,9 @@ extern "C" {
 struct shef_event_item {
     struct shef_raw_packet raw; /* buffer NULL: the source has ended, nothing follows */
     uint32_t pass;
-    bool begins_pass;      /* decoding starts anew */
+    bool follows;          /* nothing is missing before it; otherwise decoding starts anew */
     int64_t time_shift_us; /* to be added to what is decoded */
+    uint8_t state[SHEF_EVT_STATE_BYTES]; /* with which it starts then */
 };
 
 struct shef_frame_item {
