@@ -54,16 +54,18 @@ struct shef_publisher {
     struct shef_publisher_latency latency;
 };
 
-/* Relaxed throughout: each counter has one writer and stands for itself. */
+/* Each counter has one writer. Release: who sees a result counted also sees what was counted on its
+ * way here, so that never more seem to have been published than have come in. */
 static void add(_Atomic uint64_t *counter, uint64_t by)
 {
     atomic_store_explicit(counter, atomic_load_explicit(counter, memory_order_relaxed) + by,
-                          memory_order_relaxed);
+                          memory_order_release);
 }
 
 static uint64_t read_count(const _Atomic uint64_t *counter)
 {
-    return atomic_load_explicit(counter, memory_order_relaxed);
+    /* Acquire: pairs with the release in add(). */
+    return atomic_load_explicit(counter, memory_order_acquire);
 }
 
 static shef_host_time now(const struct shef_publisher *publisher)

@@ -1,6 +1,8 @@
 /* What the threads of the service count: who writes what, and who may read it.
  *
- * Each group has one writer; anyone reads. Nothing is ordered by these numbers. */
+ * Each group has one writer; anyone reads. Who sees something counted also sees what was counted
+ * on its way there: whoever reads how many left before how many came in never finds more of them.
+ */
 #ifndef SHEF_SERVICE_COUNTERS_H
 #define SHEF_SERVICE_COUNTERS_H
 
@@ -13,21 +15,22 @@
 
 typedef _Atomic uint64_t shef_counter;
 
-/* Relaxed: one writer each, and for people only. */
+/* One writer each: a load and a store suffice. Release: see above; the rings carry it on. */
 static inline void shef_count(shef_counter *counter, uint64_t n)
 {
     atomic_store_explicit(counter, atomic_load_explicit(counter, memory_order_relaxed) + n,
-                          memory_order_relaxed);
+                          memory_order_release);
 }
 
 static inline void shef_counter_set(shef_counter *counter, uint64_t value)
 {
-    atomic_store_explicit(counter, value, memory_order_relaxed);
+    atomic_store_explicit(counter, value, memory_order_release);
 }
 
 static inline uint64_t shef_counter_get(const shef_counter *counter)
 {
-    return atomic_load_explicit(counter, memory_order_relaxed);
+    /* Acquire: pairs with the release of whoever counted. */
+    return atomic_load_explicit(counter, memory_order_acquire);
 }
 
 /* Why a frame that came in was not published. */

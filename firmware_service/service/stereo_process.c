@@ -4,6 +4,7 @@
 
 #include "core/clock.h"
 #include "publish/encoder.h"
+#include "service/push.h"
 #include "service/stereo_internal.h"
 
 shef_host_time shef_stereo_host(const struct shef_stereo_stage *stage, shef_event_time event,
@@ -106,26 +107,56 @@ static void fill_header(const struct shef_stereo_stage *stage, const struct shef
     result->baseline_m = geometry->baseline_m;
 }
 
-/* Reads the settings that count for this frame. Returns whether a dense image is wanted. */
-static bool set_up_chain(struct shef_stereo_stage *stage, uint32_t shed_bits)
+/* The settings that count for one frame, each read once: they may change at any time. */
+struct settings {
+    enum shef_depth_mode mode;
+    uint32_t outputs;
+    int32_t grid_step;
+};
+
+static struct settings read_settings(const struct shef_live *live)
 {
-    const struct shef_live *live = stage->params.live;
-    const uint32_t outputs = atomic_load_explicit(&live->outputs, memory_order_relaxed);
-    const enum shef_err code =
-        shef_depth_chain_set_mode(stage->chain, (enum shef_depth_mode)shef_live_get(&live->mode));
+    return (struct settings){
+        .mode = (enum shef_depth_mode)shef_live_get(&live->mode),
+        .outputs = atomic_load_explicit(&live->outputs, memory_order_relaxed),
+        .grid_step = shef_live_get(&live->grid_step),
+    };
+}
+
+/* Returns whether a dense image is wanted. */
+static bool set_up_chain(struct shef_stereo_stage *stage, const struct settings *settings,
+                         uint32_t shed_bits)
+{
+    const enum shef_err code = shef_depth_chain_set_mode(stage->chain, settings->mode);
 
     (void)code; /* every mode was listed */
     shef_depth_chain_set_shed(
         stage->chain, (shed_bits & SHEF_RESULT_SHED_DENSE ? SHEF_DEPTH_SHED_DENSE : 0) |
                           (shed_bits & SHEF_RESULT_SHED_RANGE ? SHEF_DEPTH_SHED_HALF_RANGE : 0));
-    return (outputs & SHEF_OUTPUT(SHEF_CHANNEL_DENSE)) && !(shed_bits & SHEF_RESULT_SHED_DENSE);
+    return (settings->outputs & SHEF_OUTPUT(SHEF_CHANNEL_DENSE)) &&
+           !(shed_bits & SHEF_RESULT_SHED_DENSE);
+}
+
+/* Of what was to be left out, what the frame would have had. */
+static uint32_t shed_in_effect(const struct settings *settings,
+                               const struct shef_depth_report *report, uint32_t shed_bits)
+{
+    const bool has_dense = (settings->outputs & SHEF_OUTPUT(SHEF_CHANNEL_DENSE)) &&
+                           !(report->flags & SHEF_DEPTH_NO_CONFIDENCE);
+    const bool has_cloud = settings->outputs & SHEF_OUTPUT(SHEF_CHANNEL_CLOUD);
+
+    return shed_bits &
+           ((has_dense ? SHEF_RESULT_SHED_DENSE : 0) | (has_cloud ? SHEF_RESULT_SHED_CLOUD : 0) |
+            (settings->grid_step == 1 ? SHEF_RESULT_SHED_FULL_GRID : 0) |
+            (report->shed & SHEF_DEPTH_SHED_HALF_RANGE ? SHEF_RESULT_SHED_RANGE : 0));
 }
 
 static void run_chain(struct shef_stereo_stage *stage, const struct shef_frame_item *frame,
                       const struct shef_snapshot_item *snapshot,
-                      const struct shef_pairing_result *pairing, struct shef_result *result)
+                      const struct shef_pairing_result *pairing, const struct settings *settings,
+                      uint32_t shed_bits, struct shef_result *result)
 {
-    const bool has_dense = set_up_chain(stage, result->shed_bits);
+    const bool has_dense = set_up_chain(stage, settings, shed_bits);
     const struct shef_frame_info *info = &frame->frame.info;
     struct shef_depth_input input = {
         .number = (int64_t)info->number,
@@ -154,8 +185,8 @@ static void run_chain(struct shef_stereo_stage *stage, const struct shef_frame_i
 
     set_pose(stage, input.has_velocity, &pose, result);
     result->mode = (int32_t)report.mode;
-    result->flags = result_flags(&report, snapshot->snapshot, pairing,
-                                 (enum shef_depth_mode)shef_live_get(&stage->params.live->mode));
+    result->flags = result_flags(&report, snapshot->snapshot, pairing, settings->mode);
+    result->shed_bits = shed_in_effect(settings, &report, shed_bits);
     result->max_disparity_px = (float)stage->geometry.max_disparity_px /
                                (report.shed & SHEF_DEPTH_SHED_HALF_RANGE ? 2 : 1);
     result->has_dense = has_dense && !(report.flags & SHEF_DEPTH_NO_CONFIDENCE);
@@ -233,14 +264,29 @@ static void hand_on(struct shef_stereo_stage *stage, struct shef_result *result,
     const struct shef_result_item item = { .result = result, .finished = finished };
 
     show(stage, result);
-    shef_pace_begun(stage->params.pace);
-    if (shef_link_push(stage->results_out, &item) == SHEF_OK) {
+    if (shef_push_in_time(stage->results_out, &item, stage->params.pace, stage->wake)) {
         shef_count(&counters->n_finished, 1);
         return;
     }
-    shef_pace_done(stage->params.pace);
     shef_count(&counters->n_lost[SHEF_LOSS_NO_RESULT], 1);
     shef_result_give(result);
+}
+
+/* A free result, and with it dense images if some are left. Where no clock counts both are waited
+ * for. NULL: the publisher is behind. */
+static struct shef_result *take_result(struct shef_stereo_stage *stage, bool needs_dense)
+{
+    struct shef_pace *pace = stage->params.pace;
+    struct shef_result *result = shef_result_take(stage->results);
+
+    while ((!result || (needs_dense && !result->dense_disparity.data)) &&
+           !shef_pace_is_live(pace) && !shef_pace_is_stopping(pace)) {
+        if (result)
+            shef_result_give(result);
+        shef_wake_wait(stage->wake, SHEF_PUSH_LOOK_AGAIN_MS);
+        result = shef_result_take(stage->results);
+    }
+    return result;
 }
 
 /* Makes the frame take longer, for tests of what happens then. */
@@ -260,6 +306,7 @@ void shef_stereo_process(struct shef_stereo_stage *stage, const struct shef_fram
     const struct shef_clock *clock = stage->params.pace->clock;
     const shef_host_time start = shef_clock_now(clock);
     const int64_t wait_ns = waited_ns(stage, frame, snapshot);
+    const struct settings settings = read_settings(stage->params.live);
     struct shef_result *result;
     uint32_t shed_bits;
 
@@ -267,19 +314,16 @@ void shef_stereo_process(struct shef_stereo_stage *stage, const struct shef_fram
         shef_count(&stage->params.counters->n_lost[SHEF_LOSS_SHED], 1);
         return;
     }
-    result = shef_result_take(stage->results);
+    result = take_result(stage, settings.outputs & SHEF_OUTPUT(SHEF_CHANNEL_DENSE));
     if (!result) {
         shef_count(&stage->params.counters->n_lost[SHEF_LOSS_NO_RESULT], 1);
         return;
     }
     /* A publisher that lags behind holds all dense images: they are the first to go. */
-    if (!result->dense_disparity.data && !(shed_bits & SHEF_RESULT_SHED_DENSE)) {
+    if (!result->dense_disparity.data)
         shed_bits |= SHEF_RESULT_SHED_DENSE;
-        shef_count(&stage->params.counters->n_shed[SHEF_SHED_DENSE], 1);
-    }
-    result->shed_bits = shed_bits;
     fill_header(stage, frame, snapshot, pairing, result);
-    run_chain(stage, frame, snapshot, pairing, result);
+    run_chain(stage, frame, snapshot, pairing, &settings, shed_bits, result);
     copy_picture(stage->chain, result);
     drag(stage);
     result->stage_ns[SHEF_RESULT_STAGE_WAIT] = wait_ns;

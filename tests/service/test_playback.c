@@ -154,6 +154,9 @@ static void test_a_slow_chain_sheds_work_and_says_so(void)
 
     config.source.pace = SHEF_PACE_RECORDED;
     config.source.loop = true;
+    config.lcm.dense = true;
+    config.lcm.cloud = true;
+    config.lcm.grid = SHEF_GRID_FULL;
     service = played_start(&config);
     /* Slower than the frames come, whatever is left out. */
     atomic_store(&service->live.drag_us, 60000);
