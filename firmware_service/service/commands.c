@@ -12,6 +12,7 @@
 #include "core/cpu.h"
 #include "core/memory.h"
 #include "core/png_io.h"
+#include "record/recording.h"
 #include "service/kernels.h"
 #include "service/picture.h"
 #include "service/recording_list.h"
@@ -180,10 +181,15 @@ static enum shef_err answer_play(void *context, const json_t *arguments, json_t 
 {
     struct shef_service *service = context;
     struct shef_config config = service->config;
+    struct shef_recording recording;
     enum shef_err code = read_play(arguments, &config, err);
 
+    /* A wrong path is no reason to stop what plays; the rest shows only when it is opened. */
+    if (code == SHEF_OK)
+        code = shef_recording_inspect(config.source.recording, &recording, err);
     if (code != SHEF_OK)
         return code;
+    shef_recording_free(&recording);
     shef_service_end_playback(service);
     service->playing = config;
     code = shef_service_play(service, err);

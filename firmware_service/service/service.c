@@ -80,6 +80,8 @@ void shef_service_end_playback(struct shef_service *service)
     service->n_publisher_warnings = 0;
     shef_playback_destroy(service->playback);
     service->playback = NULL;
+    /* Should it have ended meanwhile: nobody is to take that for the end of the next one. */
+    shef_wake_wait(&service->end_wake, 0);
 }
 
 enum shef_err shef_service_play(struct shef_service *service, struct shef_error *err)
@@ -199,6 +201,11 @@ void shef_service_describe(const struct shef_service *service, char *out_text, s
 int shef_service_end_fd(const struct shef_service *service)
 {
     return service->end_wake.fd;
+}
+
+bool shef_service_has_ended(const struct shef_service *service)
+{
+    return service->playback && shef_playback_state(service->playback) != SHEF_PLAYBACK_PLAYING;
 }
 
 enum shef_err shef_service_outcome(const struct shef_service *service, struct shef_error *err)

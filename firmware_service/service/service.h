@@ -67,6 +67,9 @@ void shef_service_describe(const struct shef_service *service, char *out_text, s
 /* Readable once the source has ended by itself: the recording is over, or failed. */
 int shef_service_end_fd(const struct shef_service *service);
 
+/* Whether the source that plays now has ended by itself. */
+bool shef_service_has_ended(const struct shef_service *service);
+
 /* How the source ended, after end_fd became readable: SHEF_OK, or the sentence why not. */
 enum shef_err shef_service_outcome(const struct shef_service *service, struct shef_error *err);
 

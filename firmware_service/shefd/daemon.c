@@ -155,6 +155,8 @@ static void on_source_end(void *context, uint32_t events)
     struct daemon *daemon = context;
 
     (void)events;
+    if (!shef_service_has_ended(daemon->service))
+        return; /* another source plays by now */
     daemon->outcome = shef_service_outcome(daemon->service, &daemon->outcome_err);
     if (daemon->options->ends_with_source) {
         shef_loop_quit(daemon->loop);
