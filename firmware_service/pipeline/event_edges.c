@@ -8,6 +8,7 @@
 #include "core/memory.h"
 #include "pipeline/filter.h"
 #include "pipeline/kernels/edge.h"
+#include "pipeline/threshold.h"
 
 #define MARGIN          64 /* values before and after a row of magnitudes */
 #define ROUND_UP(n, to) (((n) + (to)-1) / (to) * (to))
@@ -32,7 +33,7 @@ struct shef_event_edges {
     struct shef_image_i16 values;
     int16_t *magnitudes; /* thin maps: three rows, with margins */
     size_t magnitude_stride;
-    int32_t threshold;
+    int32_t threshold; /* and the guess for the next map's */
 };
 
 struct shef_event_edges_params shef_event_edges_default_params(enum shef_edge_kind kind)
@@ -146,37 +147,40 @@ void shef_event_edges_destroy(struct shef_event_edges *edges)
     free(edges);
 }
 
-/* How many values in a box are at least that far from zero. */
-static uint32_t count_far(const struct shef_event_edges *edges, struct shef_image_i16 values,
-                          const struct box *box, int32_t threshold)
+/* The values that a threshold is looked for in. */
+struct search {
+    const struct shef_event_edges *edges;
+    struct shef_image_i16 values;
+    const struct box *box;
+    double n_wanted;
+};
+
+/* Whether enough values in the box are at least that far from zero. */
+static bool leaves_enough(const void *context, int32_t threshold)
 {
+    const struct search *search = context;
+    const struct box *box = search->box;
     uint32_t n_far = 0;
 
     for (int32_t y = box->first_y; y < box->first_y + box->height_px; y++)
-        n_far +=
-            edges->kernels->count(shef_row_i16(values, y) + box->first_x, box->width_px, threshold);
-    return n_far;
+        n_far += search->edges->kernels->count(shef_row_i16(search->values, y) + box->first_x,
+                                               box->width_px, threshold);
+    return n_far >= search->n_wanted;
 }
 
 /* The highest threshold that leaves at least a share 1 - quantile above or at it, or the floor. */
 static int32_t find_threshold(const struct shef_event_edges *edges, struct shef_image_i16 values,
                               const struct box *box)
 {
-    const double n_wanted = (1.0 - edges->params.quantile) * (double)box->height_px * box->width_px;
-    int32_t low = edges->floor;
-    int32_t high = INT16_MAX + 1;
+    const struct search search = {
+        .edges = edges,
+        .values = values,
+        .box = box,
+        .n_wanted = (1.0 - edges->params.quantile) * (double)box->height_px * box->width_px,
+    };
 
-    if (count_far(edges, values, box, low) < n_wanted)
-        return low;
-    while (high - low > 1) {
-        const int32_t middle = (low + high) / 2;
-
-        if (count_far(edges, values, box, middle) >= n_wanted)
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
+    return shef_threshold_highest(edges->floor, INT16_MAX + 1, edges->threshold, leaves_enough,
+                                  &search);
 }
 
 /* Copies values to the sensor image, clipped. Both may be the same. */

@@ -8,6 +8,7 @@
 #include "core/memory.h"
 #include "pipeline/kernels/edge.h"
 #include "pipeline/kernels/gradient.h"
+#include "pipeline/threshold.h"
 
 #define MARGIN          64 /* values before and after each row */
 #define ROUND_UP(n, to) (((n) + (to)-1) / (to) * (to))
@@ -17,6 +18,9 @@
 #define PER_LN_SLOPE    (8.0 * LOG_SCALE / 2)              /* values per ln a pixel */
 #define ALMOST_PARALLEL 0.02 /* directions that differ by less, in rad, are taken as one */
 #define HIGHEST         (INT16_MAX + 1)
+
+/* Lengths of gradients, gradients along a direction, changes in time. */
+enum values_kind { LENGTHS, ALONG, CHANGES, N_VALUES_KINDS };
 
 struct shef_frame_edges {
     /* Set by create, then read-only. */
@@ -37,6 +41,7 @@ struct shef_frame_edges {
     size_t level_stride;
     int32_t threshold;
     double threshold_in_units;
+    int32_t guesses[N_VALUES_KINDS]; /* the last thresholds */
 };
 
 /* Where a map's values come from. */
@@ -242,47 +247,46 @@ static void mask_row(const struct shef_frame_edges *edges, int32_t y)
         values[x] &= keep[x];
 }
 
-static double count_far(const struct shef_frame_edges *edges, int32_t threshold)
+struct search {
+    const struct shef_frame_edges *edges;
+    double n_wanted;
+};
+
+static bool leaves_enough(const void *context, int32_t threshold)
 {
+    const struct search *search = context;
+    const struct shef_frame_edges *edges = search->edges;
     int64_t n_far = 0;
 
     for (int32_t y = 0; y < edges->height_px; y++)
         n_far += edges->cut->count(shef_row_i16(edges->values, y), edges->width_px, threshold);
-    return (double)n_far;
+    return (double)n_far >= search->n_wanted;
 }
 
 /* The highest threshold that leaves at least a share 1 - quantile of the kept values above or at
  * it, or the floor. */
-static int32_t find_threshold(const struct shef_frame_edges *edges, double quantile, int32_t floor)
+static int32_t find_threshold(const struct shef_frame_edges *edges, double quantile, int32_t floor,
+                              int32_t guess)
 {
-    const double n_wanted = (1.0 - quantile) * (double)edges->n_kept;
-    int32_t low = floor;
-    int32_t high = HIGHEST;
+    const struct search search = { edges, (1.0 - quantile) * (double)edges->n_kept };
 
-    if (count_far(edges, low) < n_wanted)
-        return low;
-    while (high - low > 1) {
-        const int32_t middle = (low + high) / 2;
-
-        if (count_far(edges, middle) >= n_wanted)
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
+    return shef_threshold_highest(floor, HIGHEST, guess, leaves_enough, &search);
 }
 
 /* Cuts the map out of the values.
+ *   kind    of the values: each has thresholds of its own
  *   floor, per_unit  the lowest threshold, and how many values make its unit */
-static void cut(struct shef_frame_edges *edges, double quantile, double floor, double per_unit,
-                struct shef_edge_map *out_map)
+static void cut(struct shef_frame_edges *edges, enum values_kind kind, double quantile,
+                double floor, double per_unit, struct shef_edge_map *out_map)
 {
     const int32_t lowest = clamped((int32_t)lrint(floor * per_unit), INT16_MAX);
 
     if (edges->keep)
         for (int32_t y = 0; y < edges->height_px; y++)
             mask_row(edges, y);
-    edges->threshold = find_threshold(edges, quantile, lowest > 0 ? lowest : 1);
+    edges->threshold =
+        find_threshold(edges, quantile, lowest > 0 ? lowest : 1, edges->guesses[kind]);
+    edges->guesses[kind] = edges->threshold;
     edges->threshold_in_units = edges->threshold / per_unit;
 
     const struct shef_edge_scale scale = shef_edge_scale_of(edges->threshold);
@@ -352,7 +356,8 @@ void shef_frame_edges_unsigned(struct shef_frame_edges *edges, struct shef_image
         edges->gradient->length(shef_row_i16(edges->values, y), edges->gx, edges->gy,
                                 edges->width_px);
     }
-    cut(edges, edges->params.unsigned_quantile, edges->params.floor_grey_per_px, PER_GREY, out_map);
+    cut(edges, LENGTHS, edges->params.unsigned_quantile, edges->params.floor_grey_per_px, PER_GREY,
+        out_map);
     if (edges->params.is_thin)
         thin(edges, &source, out_map);
 }
@@ -389,8 +394,8 @@ void shef_frame_edges_along(struct shef_frame_edges *edges, struct shef_image_u8
 
         edges->gradient->along_rays(values, edges->gx, edges->gy, edges->width_px, &rays);
     }
-    cut(edges, signed_quantile(edges, out_map->kind), edges->params.floor_ln_per_px, PER_LN_SLOPE,
-        out_map);
+    cut(edges, ALONG, signed_quantile(edges, out_map->kind), edges->params.floor_ln_per_px,
+        PER_LN_SLOPE, out_map);
 }
 
 void shef_frame_edges_temporal(struct shef_frame_edges *edges, struct shef_image_u8 earlier,
@@ -407,7 +412,8 @@ void shef_frame_edges_temporal(struct shef_frame_edges *edges, struct shef_image
         edges->gradient->look_up(after, shef_row_u8(later, y), edges->width_px, edges->logs);
         edges->gradient->difference(shef_row_i16(edges->values, y), after, before, edges->width_px);
     }
-    cut(edges, signed_quantile(edges, out_map->kind), edges->params.floor_ln, LOG_SCALE, out_map);
+    cut(edges, CHANGES, signed_quantile(edges, out_map->kind), edges->params.floor_ln, LOG_SCALE,
+        out_map);
 }
 
 double shef_frame_edges_threshold(const struct shef_frame_edges *edges)
