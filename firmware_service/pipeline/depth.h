@@ -15,7 +15,7 @@
 #ifndef SHEF_PIPELINE_DEPTH_H
 #define SHEF_PIPELINE_DEPTH_H
 
-#include <stdint.h>
+#include "pipeline/kernels/rows.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -32,14 +32,10 @@ struct shef_depth_model {
 /* sigma_d in px at a confidence of 0..1. */
 double shef_depth_sigma_px(double confidence);
 
-/* One row.
- *   disparity        px; 0 or less = none
- *   confidence       0..1
- *   velocity_x_m_s   of the camera along the baseline
- *   out_depth_m, out_sigma_m  0 where there is none */
-void shef_depth_row(const struct shef_depth_model *model, const float *disparity,
-                    const float *confidence, int32_t n, double velocity_x_m_s, float *out_depth_m,
-                    float *out_sigma_m);
+/* What the row kernels' depth() needs to know of all rows of a frame.
+ *   velocity_x_m_s   of the camera along the baseline */
+struct shef_depth_terms shef_depth_terms_of(const struct shef_depth_model *model,
+                                            double velocity_x_m_s);
 
 #ifdef __cplusplus
 }

@@ -162,10 +162,8 @@ static void match(struct shef_depth_chain *chain, const struct shef_depth_output
 {
     const bool has_dense = output->dense_disparity.data && !(chain->shed & SHEF_DEPTH_SHED_DENSE);
     const struct shef_robust_output to = {
-        .disparity = chain->scratch[0],
-        .confidence = chain->scratch[1],
-        .dense_disparity = has_dense ? output->dense_disparity : chain->scratch[2],
-        .dense_confidence = has_dense ? output->dense_confidence : chain->scratch[3],
+        .dense_disparity = has_dense ? output->dense_disparity : chain->scratch[0],
+        .dense_confidence = has_dense ? output->dense_confidence : chain->scratch[1],
     };
 
     shef_robust_match(chain->robust[depth_modes[chain->used].kind], chain->pairs, chain->n_pairs,
@@ -196,6 +194,7 @@ static int64_t finish_row(const struct shef_depth_chain *chain, int32_t y, int8_
 {
     const struct shef_depth_output *output = chain->output;
     const double velocity = chain->input->has_velocity ? chain->input->velocity_m_s[0] : 0;
+    const struct shef_depth_terms terms = shef_depth_terms_of(&chain->model, velocity);
     const int32_t width = chain->geometry.width_px;
     float *disparity = shef_row_f32(output->disparity, y);
     float *confidence = shef_row_f32(output->confidence, y);
@@ -209,8 +208,8 @@ static int64_t finish_row(const struct shef_depth_chain *chain, int32_t y, int8_
         for (int32_t x = 0; x < width; x++)
             confidence[x] = disparity[x] > 0 ? 1 : 0;
     }
-    shef_depth_row(&chain->model, disparity, confidence, width, velocity,
-                   shef_row_f32(output->depth_m, y), shef_row_f32(output->sigma_m, y));
+    chain->rows->depth(&terms, disparity, confidence, width, shef_row_f32(output->depth_m, y),
+                       shef_row_f32(output->sigma_m, y));
     for (int32_t x = 0; x < width; x++)
         n += disparity[x] > 0;
     return n;

@@ -18,7 +18,7 @@
 
 #define N_KINDS   3 /* of edge maps */
 #define N_PAPER   2 /* D_s and D_p */
-#define N_SCRATCH 4
+#define N_SCRATCH 2
 #define N_BANDS   16 /* of rows, for the workers */
 
 /* What a mode is made of. */

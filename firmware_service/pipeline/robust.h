@@ -60,7 +60,7 @@ struct shef_edge_pair {
     const struct shef_edge_map *right; /* event edges: left(x, y) matches right(x - d, y) */
 };
 
-/* Where the results go: images of the matcher's size. Dense images with data NULL are skipped.
+/* Where the results go: images of the matcher's size. Those with data NULL are skipped.
  * Left edge pixels are those of the first pair. Graded ones count from half a grade on: the
  * matcher works on at most 15 grades each way (12 in the default window: |value| >= 6 of 127). */
 struct shef_robust_output {

@@ -61,28 +61,6 @@ static void slide(const struct shef_robust *matcher, struct robust_chunk *chunk,
     slide_sums(matcher->rows, &chunk->right, right_in, right_out, shape->right_length, 0);
 }
 
-/* Window sums at positions 0..n-1 from column sums; neighbouring cells are spacing apart and
- * columns outside 0..n_columns-1 are empty. */
-static void fill_window_sums(const int16_t *column, int32_t n_columns, int32_t half_width,
-                             int32_t spacing, int32_t n, int32_t *out_sum)
-{
-    const int32_t reach = half_width * spacing;
-
-    for (int32_t i = 0; i < spacing && i < n; i++) {
-        int32_t sum = 0;
-
-        for (int32_t j = i; j <= i + reach && j < n_columns; j += spacing)
-            sum += column[j];
-        out_sum[i] = sum;
-    }
-    for (int32_t i = spacing; i < n; i++) {
-        const int32_t enters = i + reach < n_columns ? column[i + reach] : 0;
-        const int32_t leaves = i - reach - spacing >= 0 ? column[i - reach - spacing] : 0;
-
-        out_sum[i] = out_sum[i - spacing] + enters - leaves;
-    }
-}
-
 /* Both kinds of window sums of a view, and its gains: smallest_sigma / sigma, Q15. */
 static void fill_sums_and_gains(const struct shef_robust *matcher, struct robust_sums *sums,
                                 int32_t n_columns, int32_t spacing, int32_t n, int32_t window_px,
@@ -90,10 +68,11 @@ static void fill_sums_and_gains(const struct shef_robust *matcher, struct robust
 {
     const struct robust_shape *shape = &matcher->shape;
 
-    fill_window_sums(sums->column_sum, n_columns, shape->half_width, spacing, n, sums->window_sum);
+    matcher->rows->window_sums(sums->column_sum, n_columns, shape->half_width, spacing, n,
+                               sums->window_sum);
     if (sums->window_square != sums->window_sum)
-        fill_window_sums(sums->column_square, n_columns, shape->half_width, spacing, n,
-                         sums->window_square);
+        matcher->rows->window_sums(sums->column_square, n_columns, shape->half_width, spacing, n,
+                                   sums->window_square);
     matcher->rows->gains(sums->window_sum, sums->window_square, n, 1.0f / (float)window_px,
                          (float)(shape->smallest_sigma * shape->smallest_sigma), out_gain);
 }

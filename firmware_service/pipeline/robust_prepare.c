@@ -83,15 +83,15 @@ static void fill_left_pairs(const struct robust_shape *shape, const int8_t *row,
 /* Pair j holds columns q and q + 1, q = (right_front - j - 1) * step; cell g, level k reads pair
  * right_front - g * pairs_per_cell + k, whose q is 2g - (k + 1) step.
  *   row  with a zero before and after the image's columns */
-static void fill_right_pairs(const struct robust_shape *shape, const int8_t *row,
+static void fill_right_pairs(const struct shef_robust *matcher, const int8_t *row,
                              uint16_t *out_pairs)
 {
+    const struct robust_shape *shape = &matcher->shape;
     const int32_t step = 2 / shape->pairs_per_cell;
     const int32_t last_q = 2 * shape->grid_width - step;
-    uint16_t *pair = out_pairs + shape->right_front - 1 - last_q / step;
 
-    for (int32_t q = last_q; q >= -1; q -= step)
-        memcpy(pair++, row + q, sizeof *pair);
+    matcher->rows->mirror_pairs(row + last_q, step, (last_q + 1) / step + 1,
+                                out_pairs + shape->right_front - 1 - last_q / step);
 }
 
 void robust_bytes_task(void *context, int32_t chunk, int32_t worker)
@@ -123,7 +123,7 @@ void robust_pairs_task(void *context, int32_t chunk, int32_t worker)
         align_row(matcher, view, y, aligned);
         fill_left_pairs(shape, shef_row_i8(view->left, y),
                         view->left_pairs + (size_t)y * (size_t)shape->left_length);
-        fill_right_pairs(shape, aligned,
+        fill_right_pairs(matcher, aligned,
                          view->right_pairs + (size_t)y * (size_t)shape->right_length);
     }
 }

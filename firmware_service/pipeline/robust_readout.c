@@ -137,25 +137,29 @@ static void read_row(const struct shef_robust *matcher, const struct robust_chun
     const int32_t width = matcher->params.width_px;
     const int32_t n_cells = matcher->shape.grid_width;
     const int8_t *left = shef_row_i8(matcher->views[0].left, y);
+    /* Rows come in whole cells: an image of odd width has no room for the last one's second. */
+    const bool fits =
+        output->dense_disparity.data && output->dense_confidence.data && width == 2 * n_cells;
+    float *disparity = fits ? shef_row_f32(output->dense_disparity, y) : chunk->pixel_disparity;
+    float *confidence = fits ? shef_row_f32(output->dense_confidence, y) : chunk->pixel_confidence;
 
     for (int side = 0; side < 2; side++)
         rows->side(near_row, far_row, side ? 1 : -1, n_cells, 32.0f * SAME_SURFACE_PX,
                    chunk->side_disparity[side], chunk->side_confidence[side]);
-    rows->interleave(chunk->side_disparity[0], chunk->side_disparity[1], n_cells,
-                     chunk->pixel_disparity);
-    rows->interleave(chunk->side_confidence[0], chunk->side_confidence[1], n_cells,
-                     chunk->pixel_confidence);
+    rows->interleave(chunk->side_disparity[0], chunk->side_disparity[1], n_cells, disparity);
+    rows->interleave(chunk->side_confidence[0], chunk->side_confidence[1], n_cells, confidence);
     if (matcher->has_bias) {
         shef_field_row(&matcher->bias, y, 0.0, 1.0, width, chunk->bias);
-        rows->take_off_bias(chunk->bias, width, chunk->pixel_disparity, chunk->pixel_confidence);
+        rows->take_off_bias(chunk->bias, width, disparity, confidence);
     }
-    rows->keep_edges(left, chunk->pixel_disparity, width, shef_row_f32(output->disparity, y));
-    rows->keep_edges(left, chunk->pixel_confidence, width, shef_row_f32(output->confidence, y));
-    if (output->dense_disparity.data)
-        memcpy(shef_row_f32(output->dense_disparity, y), chunk->pixel_disparity,
-               (size_t)width * sizeof(float));
-    if (output->dense_confidence.data)
-        memcpy(shef_row_f32(output->dense_confidence, y), chunk->pixel_confidence,
+    if (output->disparity.data)
+        rows->keep_edges(left, disparity, width, shef_row_f32(output->disparity, y));
+    if (output->confidence.data)
+        rows->keep_edges(left, confidence, width, shef_row_f32(output->confidence, y));
+    if (output->dense_disparity.data && !fits)
+        memcpy(shef_row_f32(output->dense_disparity, y), disparity, (size_t)width * sizeof(float));
+    if (output->dense_confidence.data && !fits)
+        memcpy(shef_row_f32(output->dense_confidence, y), confidence,
                (size_t)width * sizeof(float));
 }
 

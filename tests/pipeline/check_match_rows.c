@@ -119,6 +119,85 @@ static void test_sliding_sums_are_the_same(void)
     for_each_isa(check_slides);
 }
 
+/* The definition: every column of a window that is there. */
+static void check_window_sums(const struct shef_row_kernels *reference,
+                              const struct shef_row_kernels *tested)
+{
+    const int32_t n_columns = pick(1, MOST_VALUES);
+    const int32_t n = pick(1, n_columns);
+    const int32_t half_width = pick(0, 15);
+    const int32_t spacing = pick(1, 2);
+    int16_t *column = take((size_t)n_columns * sizeof *column);
+    int32_t *sums[2] = { take((size_t)n * sizeof(int32_t)), take((size_t)n * sizeof(int32_t)) };
+
+    for (int32_t i = 0; i < n_columns; i++)
+        column[i] = (int16_t)pick(-32768, 32767);
+    reference->window_sums(column, n_columns, half_width, spacing, n, sums[0]);
+    tested->window_sums(column, n_columns, half_width, spacing, n, sums[1]);
+    for (int32_t i = 0; i < n; i++) {
+        int32_t sum = 0;
+
+        for (int32_t j = i - half_width * spacing; j <= i + half_width * spacing; j += spacing)
+            sum += j >= 0 && j < n_columns ? column[j] : 0;
+        TEST_ASSERT_EQUAL_INT32(sum, sums[0][i]);
+        TEST_ASSERT_EQUAL_INT32(sum, sums[1][i]);
+    }
+}
+
+static void test_window_sums_hold_the_columns_that_are_there(void)
+{
+    for_each_isa(check_window_sums);
+}
+
+static void check_mirrors(const struct shef_row_kernels *reference,
+                          const struct shef_row_kernels *tested)
+{
+    const int32_t n = pick(1, MOST_VALUES);
+    const int32_t step = pick(1, 2);
+    const int32_t last = (n - 1) * step; /* where the first pair begins */
+    const uint8_t *row = take_row(last / 2 + 1, 0, 127);
+    uint16_t *pairs[2] = { take((size_t)n * 2), take((size_t)n * 2) };
+
+    reference->mirror_pairs((const int8_t *)row + last, step, n, pairs[0]);
+    tested->mirror_pairs((const int8_t *)row + last, step, n, pairs[1]);
+    for (int32_t i = 0; i < n; i++)
+        TEST_ASSERT_EQUAL_UINT16(row[last - i * step] | row[last - i * step + 1] << 8, pairs[0][i]);
+    TEST_ASSERT_EQUAL_UINT16_ARRAY(pairs[0], pairs[1], n);
+}
+
+static void test_mirrored_pairs_are_the_same(void)
+{
+    for_each_isa(check_mirrors);
+}
+
+static void check_depth(const struct shef_row_kernels *reference,
+                        const struct shef_row_kernels *tested)
+{
+    const struct shef_depth_terms terms = { .fb = 36.3f, .angle_px = 0.2f, .shared = 1e-5f };
+    const int32_t n = pick(1, MOST_VALUES);
+    const size_t n_bytes = (size_t)n * sizeof(float);
+    const float *confidence = take_floats(n, 0.0, 1.0);
+    float *disparity = take_floats(n, -10.0, 80.0);
+    float *depth[2] = { take(n_bytes), take(n_bytes) };
+    float *sigma[2] = { take(n_bytes), take(n_bytes) };
+
+    for (int32_t i = 0; i < n; i++)
+        disparity[i] *= (float)pick(0, 1);
+    reference->depth(&terms, disparity, confidence, n, depth[0], sigma[0]);
+    tested->depth(&terms, disparity, confidence, n, depth[1], sigma[1]);
+    TEST_ASSERT_EQUAL_MEMORY(depth[0], depth[1], n_bytes);
+    TEST_ASSERT_EQUAL_MEMORY(sigma[0], sigma[1], n_bytes);
+    for (int32_t i = 0; i < n; i++) {
+        TEST_ASSERT_EQUAL(disparity[i] > 0, depth[0][i] > 0);
+        TEST_ASSERT_EQUAL(disparity[i] > 0, sigma[0][i] > 0);
+    }
+}
+
+static void test_depth_and_sigma_are_the_same(void)
+{
+    for_each_isa(check_depth);
+}
+
 static void check_gains(const struct shef_row_kernels *reference,
                         const struct shef_row_kernels *tested)
 {
@@ -240,6 +319,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_pick_gives_the_best_set_that_the_features_allow);
     RUN_TEST(test_sliding_sums_are_the_same);
+    RUN_TEST(test_window_sums_hold_the_columns_that_are_there);
+    RUN_TEST(test_mirrored_pairs_are_the_same);
+    RUN_TEST(test_depth_and_sigma_are_the_same);
     RUN_TEST(test_gains_are_the_same);
     RUN_TEST(test_pixels_between_cells_are_the_same);
     RUN_TEST(test_the_read_out_is_the_same);

@@ -1,4 +1,4 @@
-/* Row loops of the robust matcher: plain C, compiled once per instruction set.
+/* Row loops of the robust matcher and the read-out: plain C, compiled once per instruction set.
  *
  * Every loop is written so that compilers vectorise it (rows_body.h); floating point rounds the
  * same everywhere because products and sums are never fused, so all tables give the same bits. */
@@ -12,6 +12,16 @@
  *   sum                n_pairs values, updated */
 typedef void shef_rows_slide_fn(const uint8_t *const entering[2], const uint8_t *const leaving[2],
                                 int32_t n_pairs, int32_t offset, int16_t *sum);
+
+/* Window sums at positions 0..n-1 from column sums: those of 2 * half_width + 1 columns, spacing
+ * apart, about the position. Columns outside 0..n_columns-1 are empty. */
+typedef void shef_rows_window_fn(const int16_t *column, int32_t n_columns, int32_t half_width,
+                                 int32_t spacing, int32_t n, int32_t *out_sum);
+
+/* Pairs of neighbouring bytes from right to left: pair i holds row[-i * step] in its low byte and
+ * the byte after that one in its high byte.
+ *   step  1 or 2 */
+typedef void shef_rows_mirror_fn(const int8_t *row, int32_t step, int32_t n, uint16_t *out_pairs);
 
 /* Q15 factors sqrt(floor2 / (variance + floor2)) with variance = square - sum^2 * inverse_n. */
 typedef void shef_rows_gains_fn(const int32_t *sum, const int32_t *square, int32_t n,
@@ -44,8 +54,22 @@ typedef void shef_rows_bias_fn(const float *bias, int32_t n, float *disparity, f
 /* out = values where left is not 0, else 0. */
 typedef void shef_rows_keep_fn(const int8_t *left, const float *values, int32_t n, float *out);
 
+/* depth.h's formulas with everything that is the same for a row. */
+struct shef_depth_terms {
+    float fb;       /* px m */
+    float angle_px; /* f sigma_angle */
+    float shared;   /* what does not depend on the disparity: (sigma_b / b)^2 + ... */
+};
+
+/* Depth and its sigma, 0 where the disparity is 0 or less. */
+typedef void shef_rows_depth_fn(const struct shef_depth_terms *terms, const float *disparity,
+                                const float *confidence, int32_t n, float *out_depth_m,
+                                float *out_sigma_m);
+
 struct shef_row_kernels {
     uint32_t cpu_features;
+    shef_rows_window_fn *window_sums;
+    shef_rows_mirror_fn *mirror_pairs;
     shef_rows_slide_fn *slide_values;
     shef_rows_slide_fn *slide_squares;
     shef_rows_gains_fn *gains;
@@ -53,6 +77,7 @@ struct shef_row_kernels {
     shef_rows_interleave_fn *interleave;
     shef_rows_bias_fn *take_off_bias;
     shef_rows_keep_fn *keep_edges;
+    shef_rows_depth_fn *depth;
 };
 
 /* The best table that these features (core/cpu.h) allow. Never NULL. */

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "core/cpu.h"
+#include "pipeline/kernels/depth_sigma.h"
 #include "pipeline/kernels/rows.h"
 
 static inline __attribute__((always_inline)) void slide(const uint8_t *const entering[2],
@@ -36,6 +37,35 @@ static void slide_squares(const uint8_t *const entering[2], const uint8_t *const
                           int32_t n_pairs, int32_t offset, int16_t *sum)
 {
     slide(entering, leaving, n_pairs, offset, sum, 1);
+}
+
+/* A window is a few columns wide: adding them all, a vector at a time, is less work than to take
+ * each sum from the one before. */
+static void window_sums(const int16_t *restrict column, int32_t n_columns, int32_t half_width,
+                        int32_t spacing, int32_t n, int32_t *restrict out_sum)
+{
+    const int32_t reach = half_width * spacing;
+
+    for (int32_t i = 0; i < n; i++)
+        out_sum[i] = 0;
+    for (int32_t shift = -reach; shift <= reach; shift += spacing) {
+        const int32_t first = shift < 0 ? -shift : 0;
+        const int32_t last = n_columns - shift < n ? n_columns - shift : n;
+
+        for (int32_t i = first; i < last; i++)
+            out_sum[i] += column[i + shift];
+    }
+}
+
+static void mirror_pairs(const int8_t *restrict row, int32_t step, int32_t n,
+                         uint16_t *restrict out_pairs)
+{
+    if (step == 1)
+        for (int32_t i = 0; i < n; i++)
+            out_pairs[i] = (uint16_t)((uint8_t)row[-i] | (uint8_t)row[1 - i] << 8);
+    else
+        for (int32_t i = 0; i < n; i++)
+            out_pairs[i] = (uint16_t)((uint8_t)row[-2 * i] | (uint8_t)row[1 - 2 * i] << 8);
 }
 
 static void gains(const int32_t *restrict sum, const int32_t *restrict square, int32_t n,
@@ -119,9 +149,30 @@ static void keep_edges(const int8_t *restrict left, const float *restrict values
         out[x] = (float)(left[x] != 0) * values[x];
 }
 
+static void depth(const struct shef_depth_terms *terms, const float *restrict disparity,
+                  const float *restrict confidence, int32_t n, float *restrict out_depth_m,
+                  float *restrict out_sigma_m)
+{
+    const float fb = terms->fb;
+    const float angle2 = terms->angle_px * terms->angle_px;
+    const float shared = terms->shared;
+
+    for (int32_t x = 0; x < n; x++) {
+        const float d = disparity[x];
+        const float match_px = shef_depth_sigma(confidence[x]);
+        const float per_px2 = match_px * match_px + angle2;
+        const float depth_m = fb / d;
+        const float sigma_m = depth_m * sqrtf(per_px2 / (d * d) + shared);
+
+        out_depth_m[x] = d > 0.0f ? depth_m : 0.0f;
+        out_sigma_m[x] = d > 0.0f ? sigma_m : 0.0f;
+    }
+}
+
 #define SHEF_ROW_KERNELS(features)                                                                 \
     {                                                                                              \
-        .cpu_features = (features), .slide_values = slide_values, .slide_squares = slide_squares,  \
-        .gains = gains, .side = side_pixels, .interleave = interleave,                             \
-        .take_off_bias = take_off_bias, .keep_edges = keep_edges,                                  \
+        .cpu_features = (features), .window_sums = window_sums, .mirror_pairs = mirror_pairs,      \
+        .slide_values = slide_values, .slide_squares = slide_squares, .gains = gains,              \
+        .side = side_pixels, .interleave = interleave, .take_off_bias = take_off_bias,             \
+        .keep_edges = keep_edges, .depth = depth,                                                  \
     }
