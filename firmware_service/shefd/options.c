@@ -31,11 +31,12 @@ void shef_shefd_options_help(FILE *out)
 {
     fprintf(out,
             "Usage: shefd [OPTIONS]\n\n"
-            "The SHEF service: events and frames in, disparity and depth out on LCM. It stays in\n"
-            "the foreground; systemd runs it as shefd.service, shefctl talks to it.\n\n"
+            "The SHEF service: events and frames in, disparity and depth out on LCM. Today\n"
+            "they come from recordings. It stays in the foreground; systemd runs it as\n"
+            "shefd.service, shefctl talks to it.\n\n"
             "  -c, --config FILE      settings; otherwise %s,\n"
             "                         and all defaults where that is not there\n"
-            "  -s, --set KEY=VALUE    one setting instead of the file's, e.g. depth.mode=graded\n"
+            "  -s, --set KEY=VALUE    one setting for the file's, e.g. depth.mode=graded\n"
             "      --play RECORDING   the same as --set source.recording=RECORDING\n"
             "      --once             leave when the recording is over\n"
             "      --check-config     read the settings, say whether they are right, leave\n"
@@ -43,9 +44,9 @@ void shef_shefd_options_help(FILE *out)
             "      --print-config     write a settings file with everything in it\n"
             "      --version          print the version\n"
             "  -h, --help             print this help\n\n"
-            "SIGTERM and SIGINT end it, SIGHUP reads the settings again. Exit status: 0 ended as\n"
-            "asked, 1 failed (one sentence on standard error says why), 2 the command line is "
-            "wrong.\n",
+            "SIGTERM and SIGINT end it, SIGHUP reads the settings again. Exit status: 0\n"
+            "ended as asked, 1 failed (one sentence on standard error says why), 2 the\n"
+            "command line is wrong.\n",
             SHEF_CONFIG_DEFAULT_PATH);
 }
 

@@ -49,6 +49,23 @@ static void test_bench_lists_ours_per_instruction_set_beside_opencv(void)
     }
 }
 
+/* As the help prints it. Valid until the next call. */
+static const char *description_of(const struct shef_command *command)
+{
+    static char text[8192];
+    FILE *out = fmemopen(text, sizeof text, "w");
+
+    shef_options_description(command->description, out);
+    fclose(out);
+    return text;
+}
+
+static void expect_80_columns(const char *text)
+{
+    for (; *text; text += strcspn(text, "\n"), text += *text == '\n')
+        TEST_ASSERT_LESS_THAN_size_t_MESSAGE(80, strcspn(text, "\n"), text);
+}
+
 static void test_every_command_helps_and_every_option_is_in_the_manual(void)
 {
     uint8_t *page;
@@ -62,7 +79,8 @@ static void test_every_command_helps_and_every_option_is_in_the_manual(void)
         char manual[128];
 
         TEST_ASSERT_EQUAL_INT(0, result->status);
-        TEST_ASSERT_NOT_NULL(strstr(result->out, command->description));
+        TEST_ASSERT_NOT_NULL(strstr(result->out, description_of(command)));
+        expect_80_columns(result->out);
         TEST_ASSERT_NOT_NULL_MESSAGE(strstr((const char *)page, command->name), command->name);
         for (const struct shef_option *option = command->options; option->name; option++) {
             const bool is_word = option->kind == SHEF_OPTION_WORD;

@@ -62,14 +62,16 @@ void shef_ctl_options_help(FILE *out)
             "  --json                 print the answer as JSON (docs/control.md)\n"
             "  --socket PATH          shefd's socket (default %s,\n"
             "                         or what SHEF_SOCKET says)\n"
-            "  --interval SECONDS     of top: time between two looks, 0.1 to 3600 (default 1)\n"
+            "  --interval SECONDS     of top: time between two looks, 0.1 to 3600 s;\n"
+            "                         default 1\n"
             "  --count N              of top: end after N looks (default: go on)\n"
             "  --loop                 of play: start again at the end\n"
             "  --pace PACE            of play: recorded, stepped or fast\n"
             "  --version              print the version\n"
             "  -h, --help             print this help\n\n"
-            "Exit status: 0 done, 1 the command line is wrong, 2 no service answers, 3 refused "
-            "for\nthis user or at this time, 4 failed. One sentence on standard error says why.\n",
+            "Exit status: 0 done, 1 the command line is wrong, 2 no service answers, 3\n"
+            "refused for this user or at this time, 4 failed. One sentence on standard\n"
+            "error says why.\n",
             SHEF_CTL_DEFAULT_SOCKET);
 }
 

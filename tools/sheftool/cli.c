@@ -29,7 +29,9 @@ static void print_command_help(const struct shef_program *program,
     const int n = fprintf(out, "Usage: %s %s", program->name, command->name);
 
     shef_options_synopsis(command->options, n, out);
-    fprintf(out, "\n%s\n\nOptions:\n", command->description);
+    fputc('\n', out);
+    shef_options_description(command->description, out);
+    fprintf(out, "\nOptions:\n");
     shef_options_help(command->options, out);
 }
 

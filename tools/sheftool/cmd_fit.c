@@ -211,7 +211,7 @@ static enum shef_err run_bias(const void *opaque, struct shef_error *err)
 
 const struct shef_command shef_command_align_fit = {
     .name = "align fit",
-    .summary = "measure the vertical residual between the maps, without truth",
+    .summary = "measure the vertical residual between maps, without truth",
     .description =
         "Matches the pairs with the robust matcher and measures, block by block, by how many pixels\n"
         "the event maps sit too high. Six numbers describe the smooth field through the blocks;\n"

@@ -263,7 +263,8 @@ const struct shef_command shef_command_run = {
         "cameras' clocks, edge maps, matching, depth. Writes into a folder that appears whole or\n"
         "not at all, for frame N of the camera:\n"
         "  disparity/N.pfm       px, 0 = none; left(x, y) matches right(x - d, y)\n"
-        "  disparity/N.conf.pfm  confidence 0..1: the probability of |error| <= 1 px of f 555 px\n"
+        "  disparity/N.conf.pfm  confidence 0..1: the probability of |error| <= 1 px at\n"
+        "                        f 555 px\n"
         "  depth/N.png           mm along the left camera's axis, 0 = none\n"
         "  sigma/N.png           its standard deviation, mm\n"
         "  pictures/N.png, cloud/N.ply and .png  if asked for\n"
@@ -274,7 +275,7 @@ const struct shef_command shef_command_run = {
         "  graded, ternary     events against the frame's gradient along the motion\n"
         "  temporal            events between two frames against the frames' difference\n"
         "  unsigned            edges without their sign\n"
-        "  paper-ds, paper-dp  the paper's window correlation (D_s) and its pyramid (D_p)",
+        "  paper-ds, paper-dp  the paper's window correlation (D_s), its pyramid (D_p)",
     .options = options,
     .settings_bytes = sizeof(struct settings),
     .check = check,

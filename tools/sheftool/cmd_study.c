@@ -384,7 +384,7 @@ static enum shef_err run(const void *opaque, struct shef_error *err)
 
 const struct shef_command shef_command_study = {
     .name = "study",
-    .summary = "all modes side by side, against a simulated recording's truth",
+    .summary = "all modes side by side, on recordings that know the truth",
     .description =
         "Runs simulated recordings through all modes at once and scores each against the truth.\n"
         "Scored are the strongest 25 % Sobel pixels of the frame where the truth is valid and the\n"

@@ -9,7 +9,8 @@
 
 #define MAX_OPTIONS 32
 #define HELP_COLUMN 28
-#define LAST_COLUMN 99
+#define LAST_COLUMN 79
+#define LONG_CHOICE 40  /* a longer list of words stands in the options' own lines only */
 #define FIRST_ROW   256 /* what getopt returns for the first row of a table; letters lie below */
 
 bool shef_option_choice(const char *choices, int32_t n, char *out_word, size_t n_bytes)
@@ -213,21 +214,47 @@ enum shef_err shef_options_parse(const struct shef_option *options, void *settin
     return code == SHEF_OK ? check_given(options, given, err) : code;
 }
 
-/* Prints words of text from column `at` on, folded, each new line starting at `indent`. */
-static void print_folded(const char *text, int at, int indent, FILE *out)
+/* Prints n_text bytes of words from column `at` on, folded, each new line starting at `indent`. */
+static void print_folded(const char *text, size_t n_text, int at, int indent, FILE *out)
 {
-    for (bool first = true; *text; first = false) {
-        const int n = (int)strcspn(text, " ");
+    const char *end = text + n_text;
+
+    for (bool first = true; text < end; first = false) {
+        const int n = (int)strcspn(text, " \n");
 
         if (!first && at + 1 + n > LAST_COLUMN)
             at = fprintf(out, "\n%*s", indent, "") - 1;
         else if (!first)
             at += fprintf(out, " ");
         at += fprintf(out, "%.*s", n, text);
-        text += n;
-        text += *text == ' ';
+        text += n + 1;
     }
     fputc('\n', out);
+}
+
+/* How many bytes of text make a paragraph: lines up to an empty or an indented one, which, like
+ * the line end before it, does not belong to it. */
+static size_t paragraph_bytes(const char *text)
+{
+    const char *end = text + strcspn(text, "\n");
+
+    while (end > text && *text != ' ' && *end && end[1] && !strchr(" \n", end[1]))
+        end += 1 + strcspn(end + 1, "\n");
+    return (size_t)(end - text);
+}
+
+void shef_options_description(const char *text, FILE *out)
+{
+    while (*text) {
+        const size_t n_text = paragraph_bytes(text);
+
+        if (*text == ' ') /* a table: as it is */
+            fprintf(out, "%.*s\n", (int)n_text, text);
+        else
+            print_folded(text, n_text, 0, 0, out);
+        text += n_text;
+        text += *text == '\n';
+    }
 }
 
 static void name_and_value(const struct shef_option *option, char *out, size_t n_bytes)
@@ -268,7 +295,7 @@ void shef_options_help(const struct shef_option *options, FILE *out)
             fprintf(out, "\n%*s", HELP_COLUMN, "");
         else
             fprintf(out, "%*s", HELP_COLUMN - n, "");
-        print_folded(text, HELP_COLUMN, HELP_COLUMN, out);
+        print_folded(text, strlen(text), HELP_COLUMN, HELP_COLUMN, out);
     }
     fprintf(out, "  %-*s%s\n", HELP_COLUMN - 2, "--help", "print this help");
 }
@@ -281,6 +308,8 @@ void shef_options_synopsis(const struct shef_option *options, int indent, FILE *
         char head[160];
 
         name_and_value(option, head, sizeof head);
+        if (option->kind == SHEF_OPTION_CHOICE && strlen(option->choices) > LONG_CHOICE)
+            snprintf(head, sizeof head, "--%s WORD", option->name);
         const int n = (int)strlen(head) + (option->required ? 1 : 3);
 
         if (at + n > LAST_COLUMN)

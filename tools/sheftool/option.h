@@ -85,12 +85,16 @@ SHEF_MUST_CHECK enum shef_err shef_options_parse(const struct shef_option *optio
                                                  int argc, char **argv, bool *out_help,
                                                  struct shef_error *err);
 
-/* Writes the options' part of a command's help: name, value, meaning, unit, range, default. */
+/* Writes the options' part of a command's help, in 80 columns: name, value, meaning, unit, range,
+ * default. */
 void shef_options_help(const struct shef_option *options, FILE *out);
 
-/* Writes the one-line synopsis: required options bare, the others in brackets, folded at 100
+/* Writes the one-line synopsis: required options bare, the others in brackets, folded at 80
  * columns with `indent` spaces before the following lines. */
 void shef_options_synopsis(const struct shef_option *options, int indent, FILE *out);
+
+/* Writes a description, in 80 columns: paragraphs are folded anew, indented lines stay. */
+void shef_options_description(const char *text, FILE *out);
 
 /* The n-th word of a "a|b|c" list in out_word (n_bytes, terminated); false past the end. */
 bool shef_option_choice(const char *choices, int32_t n, char *out_word, size_t n_bytes);
