@@ -76,6 +76,8 @@ static const char *const installed[] = {
     "/lib/sysctl.d/60-shef-lcm.conf",    "/etc/shef/shefd.yaml",
     "/share/man/man1/sheftool.1",        "/share/man/man1/shefctl.1",
     "/share/man/man8/shefd.8",           "/share/man/man5/shefd.yaml.5",
+    "/share/doc/shef/control.md",        "/share/doc/shef/accuracy/modes.svg",
+    "/share/doc/shef/recording.md",      "/share/doc/shef/calibration.example.yaml",
 };
 
 static void test_everything_lands_where_debian_expects_it(void)

@@ -1,6 +1,7 @@
 #include "sheftool/cloud_picture.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "core/memory.h"
@@ -88,11 +89,19 @@ static void draw_point(struct shef_image_rgb8 picture, struct shef_image_f32 dep
         }
 }
 
+/* The depths whose colours end the scale: but for a few points all lie between them. */
+static void range_of(const struct shef_point *points, int32_t n_points, float *out_near_m,
+                     float *out_far_m)
+{
+    *out_near_m = depth_quantile_m(points, n_points, 0.02);
+    *out_far_m = depth_quantile_m(points, n_points, 0.98) + 0.1f;
+}
+
 static void draw(struct shef_image_rgb8 picture, struct shef_image_f32 depth,
                  const struct shef_point *points, int32_t n_points, const struct viewer *viewer)
 {
-    const float near_m = depth_quantile_m(points, n_points, 0.02);
-    const float far_m = depth_quantile_m(points, n_points, 0.98) + 0.1f;
+    float near_m;
+    float far_m;
     const float f_px = (float)viewer->f_px;
     const struct turn turn = {
         .middle_m = depth_quantile_m(points, n_points, 0.5),
@@ -102,6 +111,7 @@ static void draw(struct shef_image_rgb8 picture, struct shef_image_f32 depth,
         .sin_pitch = (float)sin(viewer->pitch_deg * degree),
     };
 
+    range_of(points, n_points, &near_m, &far_m);
     for (int32_t i = 0; i < n_points; i++) {
         float at[3];
 
@@ -126,14 +136,23 @@ enum shef_err shef_cloud_picture_create(struct shef_image_rgb8 *out_picture,
         const char *name;
         struct viewer viewer;
     } views[] = {
-        { "from the left", { -22, 6, 480 } },
-        { "from the right, above", { 22, 20, 480 } },
+        { "left", { -22, 6, 480 } },
+        { "right, above", { 22, 20, 480 } },
     };
     static const struct shef_rgb8 white = { 255, 255, 255 };
     struct shef_image_f32 nearest_m = { 0 };
+    char colours[80] = "";
+    char text[128];
+    float near_m;
+    float far_m;
     enum shef_err code =
         shef_image_create_rgb8(out_picture, 2 * VIEW_WIDTH_PX, VIEW_HEIGHT_PX, err);
 
+    if (n_points > 0) {
+        range_of(points, n_points, &near_m, &far_m);
+        snprintf(colours, sizeof colours, ": depth %.1f m yellow, %.1f m blue", (double)near_m,
+                 (double)far_m);
+    }
     for (int i = 0; i < 2 && code == SHEF_OK; i++) {
         struct shef_image_rgb8 half = *out_picture;
 
@@ -142,7 +161,8 @@ enum shef_err shef_cloud_picture_create(struct shef_image_rgb8 *out_picture,
         code = shef_image_create_f32(&nearest_m, VIEW_WIDTH_PX, VIEW_HEIGHT_PX, err);
         if (code == SHEF_OK && n_points > 0)
             draw(half, nearest_m, points, n_points, &views[i].viewer);
-        shef_picture_draw_text(half, 8, 8, 1, white, views[i].name);
+        snprintf(text, sizeof text, "from the %s%s", views[i].name, colours);
+        shef_picture_draw_text(half, 8, 8, 1, white, text);
         shef_image_destroy_f32(&nearest_m);
     }
     if (code != SHEF_OK)

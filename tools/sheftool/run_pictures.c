@@ -11,6 +11,14 @@
 /* Error pictures take full colour at 5 px of f 1301 px: 2.1 px of f 555 px. */
 #define ERROR_F_PX 1301.0
 
+/* The colour scale beside a label: its bar in the second line, its numbers in the first. */
+#define SCALE_X_PX     200
+#define SCALE_MARKS    4
+#define MARK_PX        100
+#define SECOND_LINE_PX 10 /* above the cell */
+#define FIRST_LINE_PX  20
+#define SCALE_PX       7
+
 struct sheet {
     struct shef_contact_sheet sheet;
     const struct shef_run_frame *frame;
@@ -64,18 +72,48 @@ static void draw_map(const struct sheet *sheet, const struct shef_edge_map *map,
     }
 }
 
+/* The disparity drawn in the scale's last colour; a quarter of the range is for wild errors. */
+static double top_of_scale_px(const struct sheet *sheet)
+{
+    return 0.75 * sheet->geometry->max_disparity_px;
+}
+
+/* Which colour is which disparity and depth. */
+static void draw_scale(const struct sheet *sheet, int32_t column, int32_t row)
+{
+    static const struct shef_rgb8 ink = { 235, 235, 235 };
+    const double f_b_px_m = sheet->geometry->f_px * sheet->geometry->baseline_m;
+    int32_t x;
+    int32_t y;
+
+    shef_contact_sheet_corner(&sheet->sheet, column, row, &x, &y);
+    x += SCALE_X_PX;
+    shef_picture_draw_scale(sheet->sheet.picture, x, y - SECOND_LINE_PX, SCALE_MARKS * MARK_PX,
+                            SCALE_PX);
+    for (int i = 1; i <= SCALE_MARKS; i++) {
+        const double px = top_of_scale_px(sheet) * i / SCALE_MARKS;
+        char text[32];
+        const int n = snprintf(text, sizeof text, "%.0f px %.2f m", px, f_b_px_m / px);
+
+        /* Ends where its colour is. */
+        shef_picture_draw_text(sheet->sheet.picture, x + i * MARK_PX - 6 * n, y - FIRST_LINE_PX, 1,
+                               ink, text);
+    }
+}
+
 static void draw_disparity(const struct sheet *sheet, struct shef_image_f32 disparity,
                            int32_t column, int32_t row)
 {
     const struct shef_map_drawing drawing = {
         .disparity = disparity,
-        .top_px = (float)(0.75 * sheet->geometry->max_disparity_px),
+        .top_px = (float)top_of_scale_px(sheet),
     };
     int32_t x;
     int32_t y;
 
     shef_contact_sheet_corner(&sheet->sheet, column, row, &x, &y);
     shef_picture_draw_map(sheet->sheet.picture, x, y, &drawing, 1);
+    draw_scale(sheet, column, row);
 }
 
 static void draw_errors(const struct sheet *sheet, int32_t column, int32_t row)
@@ -103,21 +141,26 @@ static void draw_all(const struct sheet *sheet)
     const struct shef_depth_report *report = sheet->frame->report;
     const struct shef_edge_pair pair = shef_depth_chain_pair(sheet->frame->chain, 0);
     const bool has_dense = !(report->flags & SHEF_DEPTH_NO_CONFIDENCE);
+    const char *edge_colours =
+        pair.left->kind == SHEF_EDGE_UNSIGNED
+            ? "as matched"
+            : "as matched: blue where brightness rises, orange where it falls";
     char text[96];
 
     snprintf(text, sizeof text, "%lld points", (long long)report->n_depths);
     shef_contact_sheet_label(&sheet->sheet, 0, 0, "frame", "rectified");
     draw_picture(sheet, 0, 0);
-    shef_contact_sheet_label(&sheet->sheet, 1, 0, "frame's edges", "as matched");
+    shef_contact_sheet_label(&sheet->sheet, 1, 0, "frame's edges", edge_colours);
     draw_map(sheet, pair.left, 1, 0);
-    shef_contact_sheet_label(&sheet->sheet, 2, 0, "events' edges", "as matched");
+    shef_contact_sheet_label(&sheet->sheet, 2, 0, "events' edges", edge_colours);
     draw_map(sheet, pair.right, 2, 0);
     shef_contact_sheet_label(&sheet->sheet, 0, 1, "disparity at frame edges", text);
     draw_disparity(sheet, sheet->frame->output->disparity, 0, 1);
     if (sheet->scorer) {
         shef_contact_sheet_label(&sheet->sheet, 1, 1, "true disparity", "");
         draw_disparity(sheet, shef_run_scorer_everywhere(sheet->scorer), 1, 1);
-        shef_contact_sheet_label(&sheet->sheet, 2, 1, "error: white right, blue too far, red near",
+        shef_contact_sheet_label(&sheet->sheet, 2, 1,
+                                 "error: white none, blue too far, red too near",
                                  "full colour at 2.1 px of f 555 px");
         draw_errors(sheet, 2, 1);
     } else if (has_dense) {
