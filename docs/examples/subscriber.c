@@ -1,4 +1,4 @@
-/* Prints the nearest depth of every frame.  Build: see docs/lcm.md */
+/* Prints the nearest depth in every message.  Build: see docs/lcm.md */
 #include <stdio.h>
 
 #include <lcm/lcm.h>

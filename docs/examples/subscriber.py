@@ -1,4 +1,4 @@
-"""Prints the nearest depth of every frame.  How to run it: see docs/lcm.md"""
+"""Prints the nearest depth in every message.  How to run it: see docs/lcm.md"""
 import struct
 
 import lcm
