@@ -7,20 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-bool shef_config_choice(const char *choices, int32_t n, char *out_word, size_t n_bytes)
-{
-    const char *word = choices;
-
-    for (; n > 0 && word; n--) {
-        word = strchr(word, '|');
-        if (word)
-            word++;
-    }
-    if (!word)
-        return false;
-    snprintf(out_word, n_bytes, "%.*s", (int)strcspn(word, "|"), word);
-    return true;
-}
+#include "core/words.h"
 
 const struct shef_config_row *shef_config_find(const char *key)
 {
@@ -50,16 +37,18 @@ static enum shef_err set_number(const struct shef_config_row *row, int32_t *fiel
 static enum shef_err find_choice(const struct shef_config_row *row, const char *text,
                                  int32_t *out_index, struct shef_error *err)
 {
+    char hint[SHEF_WORDS_HINT_BYTES];
     char word[SHEF_CONFIG_NAME_BYTES];
 
-    for (int32_t i = 0; shef_config_choice(row->choices, i, word, sizeof word); i++) {
+    for (int32_t i = 0; shef_words_at(row->choices, i, word, sizeof word); i++) {
         if (strcmp(word, text) == 0) {
             *out_index = i;
             return SHEF_OK;
         }
     }
-    return shef_fail(err, SHEF_ERR_INVALID, "%s: '%s' must be one of %s", row->key, text,
-                     row->choices);
+    shef_words_hint(row->choices, text, hint);
+    return shef_fail(err, SHEF_ERR_INVALID, "%s: '%s' must be one of %s%s", row->key, text,
+                     row->choices, hint);
 }
 
 static enum shef_err set_text(const struct shef_config_row *row, char *field, const char *text,
@@ -120,7 +109,7 @@ void shef_config_get(const struct shef_config *config, const struct shef_config_
         snprintf(out_text, n_bytes, "%" PRId32, *(const int32_t *)field);
         return;
     case SHEF_CONFIG_CHOICE:
-        if (!shef_config_choice(row->choices, *(const int32_t *)field, out_text, n_bytes))
+        if (!shef_words_at(row->choices, *(const int32_t *)field, out_text, n_bytes))
             assert(!"a choice outside its own list");
         return;
     case SHEF_CONFIG_TEXT:

@@ -159,10 +159,6 @@ SHEF_MUST_CHECK enum shef_err shef_config_set(struct shef_config *config,
 void shef_config_get(const struct shef_config *config, const struct shef_config_row *row,
                      char *out_text, size_t n_bytes);
 
-/* The n-th word of a "a|b|c" list; false past the end.
- *   out_word  n_bytes bytes, terminated */
-bool shef_config_choice(const char *choices, int32_t n, char *out_word, size_t n_bytes);
-
 /* Refuses combinations that no single row can refuse; read and parse call it. */
 SHEF_MUST_CHECK enum shef_err shef_config_check(const struct shef_config *config,
                                                 struct shef_error *err);

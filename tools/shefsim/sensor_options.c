@@ -2,6 +2,8 @@
 
 #include <assert.h>
 
+#include "core/words.h"
+
 #define MIN_THRESHOLD 0.01
 
 struct sim_event_sensor_params sim_sensor_options_params(const struct sim_sensor_options *options)
@@ -9,7 +11,7 @@ struct sim_event_sensor_params sim_sensor_options_params(const struct sim_sensor
     struct sim_event_sensor_params params = { .threshold_on = 0 };
     char name[32];
 
-    if (!shef_option_choice(SIM_EVENT_SENSOR_PRESETS, options->noise, name, sizeof name) ||
+    if (!shef_words_at(SIM_EVENT_SENSOR_PRESETS, options->noise, name, sizeof name) ||
         !sim_event_sensor_preset(name, &params))
         assert(!"every name in the list is a preset");
     if (options->threshold > 0) {

@@ -5,6 +5,7 @@
 
 #include "core/cpu.h"
 #include "core/pfm.h"
+#include "core/words.h"
 #include "pipeline/field_file.h"
 #include "sheftool/command.h"
 #include "sheftool/machine.h"
@@ -97,7 +98,7 @@ static enum shef_err set_isa(const struct settings *settings, struct shef_matche
 {
     char isa[16];
 
-    shef_option_choice(SHEF_CPU_CHOICES, settings->isa, isa, sizeof isa);
+    shef_words_at(SHEF_CPU_CHOICES, settings->isa, isa, sizeof isa);
     if (shef_cpu_features_among(isa, &how->cpu_features, err) != SHEF_OK)
         return shef_fail_context(err, "--isa");
     return SHEF_OK;

@@ -7,26 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/words.h"
+
 #define MAX_OPTIONS 32
 #define HELP_COLUMN 28
 #define LAST_COLUMN 79
 #define LONG_CHOICE 40  /* a longer list of words stands in the options' own lines only */
 #define FIRST_ROW   256 /* what getopt returns for the first row of a table; letters lie below */
-
-bool shef_option_choice(const char *choices, int32_t n, char *out_word, size_t n_bytes)
-{
-    const char *word = choices;
-
-    for (; n > 0 && word; n--) {
-        word = strchr(word, '|');
-        if (word)
-            word++;
-    }
-    if (!word)
-        return false;
-    snprintf(out_word, n_bytes, "%.*s", (int)strcspn(word, "|"), word);
-    return true;
-}
 
 static enum shef_err refuse(const struct shef_option *option, const char *text,
                             struct shef_error *err)
@@ -67,16 +54,18 @@ static enum shef_err store_number(const struct shef_option *option, void *field,
 static enum shef_err store_choice(const struct shef_option *option, int32_t *field,
                                   const char *text, struct shef_error *err)
 {
+    char hint[SHEF_WORDS_HINT_BYTES];
     char word[64];
 
-    for (int32_t i = 0; shef_option_choice(option->choices, i, word, sizeof word); i++) {
+    for (int32_t i = 0; shef_words_at(option->choices, i, word, sizeof word); i++) {
         if (strcmp(word, text) == 0) {
             *field = i;
             return SHEF_OK;
         }
     }
-    return shef_fail(err, SHEF_ERR_INVALID, "--%s %s: needs one of %s", option->name, text,
-                     option->choices);
+    shef_words_hint(option->choices, text, hint);
+    return shef_fail(err, SHEF_ERR_INVALID, "--%s %s: needs one of %s%s", option->name, text,
+                     option->choices, hint);
 }
 
 static enum shef_err store(const struct shef_option *option, void *settings, const char *text,

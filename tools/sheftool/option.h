@@ -96,7 +96,4 @@ void shef_options_synopsis(const struct shef_option *options, int indent, FILE *
 /* Writes a description, in 80 columns: paragraphs are folded anew, indented lines stay. */
 void shef_options_description(const char *text, FILE *out);
 
-/* The n-th word of a "a|b|c" list in out_word (n_bytes, terminated); false past the end. */
-bool shef_option_choice(const char *choices, int32_t n, char *out_word, size_t n_bytes);
-
 #endif

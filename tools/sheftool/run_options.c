@@ -3,12 +3,13 @@
 #include <assert.h>
 
 #include "core/cpu.h"
+#include "core/words.h"
 
 static enum shef_err features_of(int32_t isa, uint32_t *out_features, struct shef_error *err)
 {
     char name[16];
 
-    shef_option_choice(SHEF_CPU_CHOICES, isa, name, sizeof name);
+    shef_words_at(SHEF_CPU_CHOICES, isa, name, sizeof name);
     return shef_cpu_features_among(name, out_features, err);
 }
 
