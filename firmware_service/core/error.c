@@ -4,12 +4,14 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Names and values from files may hold anything: newlines and escape sequences become '?'. */
-static void keep_one_line(char *text)
+void shef_keep_printable(char *text)
 {
-    for (; *text; text++)
-        if ((unsigned char)*text < ' ' || *text == 127)
-            *text = '?';
+    for (unsigned char *byte = (unsigned char *)text; *byte; byte++) {
+        if (byte[0] == 0xc2 && byte[1] >= 0x80 && byte[1] <= 0x9f)
+            byte[0] = byte[1] = '?';
+        else if (*byte < ' ' || *byte == 127)
+            *byte = '?';
+    }
 }
 
 enum shef_err shef_fail(struct shef_error *err, enum shef_err code, const char *fmt, ...)
@@ -21,7 +23,7 @@ enum shef_err shef_fail(struct shef_error *err, enum shef_err code, const char *
         va_start(args, fmt);
         vsnprintf(err->text, sizeof err->text, fmt, args);
         va_end(args);
-        keep_one_line(err->text);
+        shef_keep_printable(err->text);
     }
     return code;
 }
@@ -62,7 +64,7 @@ enum shef_err shef_fail_os(struct shef_error *err, int os_errno, const char *fmt
         const size_t used = strlen(err->text);
         snprintf(err->text + used, sizeof err->text - used, ": %s",
                  strerror_r(os_errno, reason, sizeof reason));
-        keep_one_line(err->text);
+        shef_keep_printable(err->text);
     }
     return code;
 }
@@ -80,7 +82,7 @@ enum shef_err shef_fail_context(struct shef_error *err, const char *fmt, ...)
     va_end(args);
     const size_t used = strlen(err->text);
     snprintf(err->text + used, sizeof err->text - used, ": %s", inner);
-    keep_one_line(err->text);
+    shef_keep_printable(err->text);
     return err->code;
 }
 

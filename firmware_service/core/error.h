@@ -52,6 +52,10 @@ enum shef_err shef_fail_os(struct shef_error *err, int os_errno, const char *fmt
 /* Puts "context: " before the sentence already in err and returns its code. */
 enum shef_err shef_fail_context(struct shef_error *err, const char *fmt, ...) SHEF_PRINTF(2, 3);
 
+/* Texts of strangers may hold anything. Line ends, escape sequences and other control characters
+ * become '?', those of two bytes (U+0080 to U+009F) included. */
+void shef_keep_printable(char *text);
+
 /* The code's name for logs and JSON, e.g. "not_found". Never NULL. */
 const char *shef_err_name(enum shef_err code);
 

@@ -2,8 +2,11 @@
 
 #include <errno.h>
 #include <stdatomic.h>
+#include <stdbool.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 static _Atomic int shown_level = SHEF_LOG_INFO;
@@ -23,6 +26,18 @@ static const char *level_name(enum shef_log_level level)
     return "message";
 }
 
+/* Whether systemd reads standard error: it names the file that it has opened for that in the
+ * environment, which programs started by the service inherit with other files (sd-daemon(3)). */
+static bool is_journal(void)
+{
+    const char *stream = getenv("JOURNAL_STREAM");
+    unsigned long long device, inode;
+    struct stat info;
+
+    return stream && sscanf(stream, "%llu:%llu", &device, &inode) == 2 &&
+           fstat(STDERR_FILENO, &info) == 0 && info.st_dev == device && info.st_ino == inode;
+}
+
 void shef_log_set_level(enum shef_log_level level)
 {
     /* Relaxed: the level orders nothing else. */
@@ -39,8 +54,8 @@ void shef_log(enum shef_log_level level, const char *fmt, ...)
     if ((int)level > atomic_load_explicit(&shown_level, memory_order_relaxed))
         return;
 
-    const int n_prefix = isatty(STDERR_FILENO) ? sprintf(line, "%s: ", level_name(level))
-                                               : sprintf(line, "<%d>", (int)level);
+    const int n_prefix =
+        is_journal() ? sprintf(line, "<%d>", (int)level) : sprintf(line, "%s: ", level_name(level));
     char *text = line + n_prefix;
 
     va_start(args, fmt);
@@ -54,6 +69,7 @@ void shef_log(enum shef_log_level level, const char *fmt, ...)
     for (size_t i = 0; i < n_text; i++)
         if (text[i] == '\n' || text[i] == '\r')
             text[i] = ' ';
+    shef_keep_printable(text);
     text[n_text] = '\n';
     /* One write, so that lines of two threads do not mix. A lost message is nobody's to repair. */
     const ssize_t n_written = write(STDERR_FILENO, line, (size_t)n_prefix + n_text + 1);

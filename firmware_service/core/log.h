@@ -1,7 +1,7 @@
 /* One line per message on standard error.
  *
- * On a terminal "warning: text"; elsewhere with the prefix that systemd's journal reads as the
- * priority, "<4>text" (sd-daemon(3)). Only main programs and control code log; streaming threads
+ * "warning: text"; where systemd's journal reads it with the prefix that it takes for the priority,
+ * "<4>text" (sd-daemon(3)). Only main programs and control code log; streaming threads
  * count instead. Thread: any but those; lines of two threads never mix. */
 #ifndef SHEF_CORE_LOG_H
 #define SHEF_CORE_LOG_H
@@ -26,7 +26,9 @@ enum shef_log_level {
 /* Shows messages up to this level; INFO at first. */
 void shef_log_set_level(enum shef_log_level level);
 
-/* Writes the message if its level is shown. Line ends inside become spaces. */
+/* Writes the message if its level is shown. Line ends inside become spaces, other control
+ * characters
+ * '?'. */
 void shef_log(enum shef_log_level level, const char *fmt, ...) SHEF_PRINTF(2, 3);
 
 #ifdef __cplusplus

@@ -24,9 +24,7 @@ static void make_printable(char *text)
 {
     for (size_t n = strlen(text); n > 0 && isspace((unsigned char)text[n - 1]); n--)
         text[n - 1] = '\0';
-    for (; *text; text++)
-        if ((unsigned char)*text < ' ' || *text == 127)
-            *text = '?';
+    shef_keep_printable(text);
 }
 
 static void note_place(struct complaint *complaint, const char *line)

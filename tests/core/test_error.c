@@ -76,6 +76,9 @@ static void test_what_a_file_says_cannot_break_the_line(void)
 
     (void)shef_fail(&err, SHEF_ERR_FORMAT, "kind '%s'", "a\nb\x1b[2J\x7f\t\xc3\xa9");
     TEST_ASSERT_EQUAL_STRING("kind 'a?b?[2J??\xc3\xa9'", err.text);
+    /* A control character of two bytes begins a command for a terminal as well. */
+    (void)shef_fail(&err, SHEF_ERR_INVALID, "kind '%s'", "\xc2\x9b" "2J\xc2\xa0");
+    TEST_ASSERT_EQUAL_STRING("kind '?" "?2J\xc2\xa0'", err.text);
     (void)shef_fail_os(&err, ENOENT, "open 'a\nb'");
     TEST_ASSERT_NULL(strchr(err.text, '\n'));
     (void)shef_fail_context(&err, "read\r");

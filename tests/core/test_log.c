@@ -4,23 +4,40 @@
 #include <fcntl.h>
 #include <pthread.h>
 #include <pty.h>
+#include <stdbool.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "support/support.h"
 
 static char seen[65536];
 static int real_stderr = -1;
+static bool is_journal; /* what captures standard error pretends to be */
 
 void tearDown(void)
 {
     shef_log_set_level(SHEF_LOG_INFO);
+    is_journal = false;
+}
+
+static void pretend(int fd)
+{
+    char text[64];
+    struct stat info;
+
+    TEST_ASSERT_EQUAL_INT(0, fstat(fd, &info));
+    snprintf(text, sizeof text, "%llu:%llu", (unsigned long long)info.st_dev,
+             (unsigned long long)info.st_ino + !is_journal);
+    setenv("JOURNAL_STREAM", text, 1);
 }
 
 /* From here to end_capture(), standard error is fd. */
 static void begin_capture(int fd)
 {
+    pretend(fd);
     real_stderr = dup(STDERR_FILENO);
     TEST_ASSERT_GREATER_OR_EQUAL_INT(0, dup2(fd, STDERR_FILENO));
 }
@@ -58,12 +75,22 @@ static void read_back(int fd)
         read_back(capture_fd);                                                                     \
     } while (0)
 
-static void test_a_file_gets_one_line_with_the_journals_priority(void)
+static void test_the_journal_gets_one_line_with_its_priority(void)
 {
+    is_journal = true;
     CAPTURE(shef_log(SHEF_LOG_WARNING, "%d frames lost", 3));
     TEST_ASSERT_EQUAL_STRING("<4>3 frames lost\n", seen);
     CAPTURE(shef_log(SHEF_LOG_ERROR, "a"); shef_log(SHEF_LOG_INFO, "b"));
     TEST_ASSERT_EQUAL_STRING("<3>a\n<6>b\n", seen);
+}
+
+static void test_others_get_the_levels_name(void)
+{
+    CAPTURE(shef_log(SHEF_LOG_WARNING, "%d frames lost", 3));
+    TEST_ASSERT_EQUAL_STRING("warning: 3 frames lost\n", seen);
+    unsetenv("JOURNAL_STREAM");
+    CAPTURE(shef_log(SHEF_LOG_ERROR, "a"); shef_log(SHEF_LOG_INFO, "b"));
+    TEST_ASSERT_EQUAL_STRING("error: a\ninfo: b\n", seen);
 }
 
 static void test_a_terminal_gets_the_levels_name(void)
@@ -89,16 +116,18 @@ static void test_only_levels_up_to_the_chosen_one_are_shown(void)
     TEST_ASSERT_EQUAL_STRING("", seen);
     shef_log_set_level(SHEF_LOG_DEBUG);
     CAPTURE(shef_log(SHEF_LOG_DEBUG, "shown"));
-    TEST_ASSERT_EQUAL_STRING("<7>shown\n", seen);
+    TEST_ASSERT_EQUAL_STRING("debug: shown\n", seen);
     shef_log_set_level(SHEF_LOG_ERROR);
     CAPTURE(shef_log(SHEF_LOG_WARNING, "hidden"); shef_log(SHEF_LOG_ERROR, "shown"));
-    TEST_ASSERT_EQUAL_STRING("<3>shown\n", seen);
+    TEST_ASSERT_EQUAL_STRING("error: shown\n", seen);
 }
 
 static void test_a_message_stays_one_line_whatever_is_in_it(void)
 {
-    CAPTURE(shef_log(SHEF_LOG_INFO, "file '%s'", "evil\nname\r<3>"));
-    TEST_ASSERT_EQUAL_STRING("<6>file 'evil name <3>'\n", seen);
+    CAPTURE(shef_log(SHEF_LOG_INFO, "file '%s'", "evil\nname\r<3>\033[2J\xc2\x9b"));
+    TEST_ASSERT_EQUAL_STRING("info: file 'evil name <3>?[2J?"
+                             "?'\n",
+                             seen);
 }
 
 static void test_long_messages_are_cut_visibly(void)
@@ -108,12 +137,12 @@ static void test_long_messages_are_cut_visibly(void)
     memset(text, 'x', sizeof text);
     text[SHEF_LOG_LINE_BYTES] = '\0';
     CAPTURE(shef_log(SHEF_LOG_INFO, "%s", text));
-    TEST_ASSERT_EQUAL_size_t(3 + SHEF_LOG_LINE_BYTES + 1, strlen(seen));
+    TEST_ASSERT_EQUAL_size_t(6 + SHEF_LOG_LINE_BYTES + 1, strlen(seen));
     TEST_ASSERT_NULL(strstr(seen, "..."));
     text[SHEF_LOG_LINE_BYTES] = 'x';
     text[SHEF_LOG_LINE_BYTES + 1] = '\0';
     CAPTURE(shef_log(SHEF_LOG_INFO, "%s", text));
-    TEST_ASSERT_EQUAL_size_t(3 + SHEF_LOG_LINE_BYTES + 1, strlen(seen));
+    TEST_ASSERT_EQUAL_size_t(6 + SHEF_LOG_LINE_BYTES + 1, strlen(seen));
     TEST_ASSERT_EQUAL_STRING("x...\n", seen + strlen(seen) - 5);
 }
 
@@ -151,7 +180,7 @@ static void test_lines_of_two_threads_do_not_mix(void)
             log_many(second); pthread_join(thread, NULL));
     for (char *line = strtok_r(seen, "\n", &rest); line; line = strtok_r(NULL, "\n", &rest)) {
         n_lines++;
-        TEST_ASSERT_TRUE(strcmp(line + 3, first) == 0 || strcmp(line + 3, second) == 0);
+        TEST_ASSERT_TRUE(strcmp(line + 6, first) == 0 || strcmp(line + 6, second) == 0);
     }
     TEST_ASSERT_EQUAL_INT(400, n_lines);
 }
@@ -159,7 +188,8 @@ static void test_lines_of_two_threads_do_not_mix(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_file_gets_one_line_with_the_journals_priority);
+    RUN_TEST(test_the_journal_gets_one_line_with_its_priority);
+    RUN_TEST(test_others_get_the_levels_name);
     RUN_TEST(test_a_terminal_gets_the_levels_name);
     RUN_TEST(test_only_levels_up_to_the_chosen_one_are_shown);
     RUN_TEST(test_a_message_stays_one_line_whatever_is_in_it);

@@ -4,6 +4,8 @@
 #include <stdbool.h>
 #include <string.h>
 
+#include "core/error.h"
+
 #define TEXT_BYTES   1024
 #define MAX_COLUMNS  24
 #define INDENT       2
@@ -110,9 +112,7 @@ void shef_show_value(const char *key, const json_t *value, char *out_text, size_
         snprintf(out_text, n_bytes, "{...}");
         break;
     }
-    for (char *byte = out_text; *byte; byte++)
-        if ((unsigned char)*byte < ' ' || *byte == 127)
-            *byte = '?';
+    shef_keep_printable(out_text);
 }
 
 /* Characters, not bytes: UTF-8 continuations take no room. */
