@@ -17,6 +17,46 @@ const struct shef_config_row *shef_config_find(const char *key)
     return NULL;
 }
 
+static const char *last_part(const char *key)
+{
+    const char *dot = strrchr(key, '.');
+
+    return dot ? dot + 1 : key;
+}
+
+/* The setting, or the section around settings, that is nearest. */
+static void hint_at_nearest(const char *key, char *out_hint)
+{
+    size_t least = SIZE_MAX;
+
+    for (int i = 0; i < shef_config_n_rows; i++) {
+        const char *own = shef_config_rows[i].key;
+
+        for (size_t n = strcspn(own, "."); n > 0;
+             n = own[n] ? n + 1 + strcspn(own + n + 1, ".") : 0) {
+            char part[SHEF_WORDS_HINT_BYTES - 24];
+
+            snprintf(part, sizeof part, "%.*s", (int)n, own);
+
+            const size_t distance = shef_words_distance(part, key);
+
+            if (distance < least && shef_words_is_near(last_part(key), distance)) {
+                least = distance;
+                snprintf(out_hint, SHEF_WORDS_HINT_BYTES, "; is '%s' meant?", part);
+            }
+        }
+    }
+}
+
+void shef_config_hint(const char *key, char *out_hint)
+{
+    out_hint[0] = '\0';
+    hint_at_nearest(key, out_hint);
+    for (int i = 0; i < shef_config_n_rows && !*out_hint; i++)
+        if (strcmp(last_part(shef_config_rows[i].key), last_part(key)) == 0)
+            snprintf(out_hint, SHEF_WORDS_HINT_BYTES, "; is '%s' meant?", shef_config_rows[i].key);
+}
+
 static enum shef_err set_number(const struct shef_config_row *row, int32_t *field, const char *text,
                                 struct shef_error *err)
 {
@@ -61,10 +101,15 @@ static enum shef_err set_text(const struct shef_config_row *row, char *field, co
     if (n >= row->field_bytes)
         return shef_fail(err, SHEF_ERR_INVALID, "%s: the text is longer than %zu bytes", row->key,
                          row->field_bytes - 1);
-    for (size_t i = 0; i < n; i++)
-        if ((unsigned char)text[i] < ' ' || text[i] == 127)
-            return shef_fail(err, SHEF_ERR_INVALID, "%s: the text contains a control character",
-                             row->key);
+
+    char printable[SHEF_CONFIG_PATH_BYTES];
+
+    assert(n < sizeof printable);
+    memcpy(printable, text, n + 1);
+    shef_keep_printable(printable);
+    if (strcmp(printable, text) != 0)
+        return shef_fail(err, SHEF_ERR_INVALID, "%s: the text contains a control character",
+                         row->key);
     memcpy(field, text, n + 1);
     return SHEF_OK;
 }
@@ -131,7 +176,8 @@ void shef_config_defaults(struct shef_config *out_config)
     }
 }
 
-enum shef_err shef_config_check(const struct shef_config *config, struct shef_error *err)
+static enum shef_err check_order(const struct shef_config *config, const char *out_keys[2],
+                                 struct shef_error *err)
 {
     const struct {
         const char *key;
@@ -145,13 +191,54 @@ enum shef_err shef_config_check(const struct shef_config *config, struct shef_er
     };
 
     for (size_t i = 1; i < sizeof order / sizeof order[0]; i++)
-        if (order[i].ms < order[i - 1].ms)
+        if (order[i].ms < order[i - 1].ms) {
+            out_keys[0] = order[i].key;
+            out_keys[1] = order[i - 1].key;
             return shef_fail(err, SHEF_ERR_INVALID,
                              "%s (%d ms) is below %s (%d ms), but cheaper work is left out first",
                              order[i].key, order[i].ms, order[i - 1].key, order[i - 1].ms);
-    if (config->control.socket[0] != '/')
-        return shef_fail(err, SHEF_ERR_INVALID,
-                         "control.socket: '%s' must be a full path, beginning with /",
-                         config->control.socket);
+        }
     return SHEF_OK;
+}
+
+/* The service's folder is not that of who writes the settings, and no shell reads them. */
+static enum shef_err check_paths(const struct shef_config *config, const char *out_keys[2],
+                                 struct shef_error *err)
+{
+    const struct {
+        const char *key;
+        const char *path;
+        bool is_full; /* must be */
+    } paths[] = {
+        { "source.recording", config->source.recording, false },
+        { "calibration.file", config->calibration.file, false },
+        { "record.folder", config->record.folder, true },
+        { "control.socket", config->control.socket, true },
+    };
+
+    for (size_t i = 0; i < sizeof paths / sizeof paths[0]; i++) {
+        out_keys[0] = paths[i].key;
+        if (paths[i].path[0] == '~')
+            return shef_fail(err, SHEF_ERR_INVALID,
+                             "%s: '%s': only shells know what ~ means; write the full path",
+                             paths[i].key, paths[i].path);
+        if (paths[i].is_full && paths[i].path[0] != '/')
+            return shef_fail(err, SHEF_ERR_INVALID,
+                             "%s: '%s' must be a full path, beginning with /", paths[i].key,
+                             paths[i].path);
+    }
+    return SHEF_OK;
+}
+
+enum shef_err shef_config_check(const struct shef_config *config, const char *out_keys[2],
+                                struct shef_error *err)
+{
+    const char *keys[2] = { NULL, NULL };
+    enum shef_err code = check_order(config, keys, err);
+
+    if (code == SHEF_OK)
+        code = check_paths(config, keys, err);
+    if (code != SHEF_OK && out_keys)
+        memcpy(out_keys, keys, sizeof keys);
+    return code;
 }

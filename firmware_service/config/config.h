@@ -148,6 +148,11 @@ SHEF_MUST_CHECK enum shef_err shef_config_parse(const uint8_t *bytes, size_t n_b
 /* NULL: there is no such setting. */
 const struct shef_config_row *shef_config_find(const char *key);
 
+/* For a key that is not there: "; is 'depth.mode' meant?" where there is one like it, or one of
+ * that last name in another section; otherwise "".
+ *   out_hint  SHEF_WORDS_HINT_BYTES bytes, terminated */
+void shef_config_hint(const char *key, char *out_hint);
+
 /* Sets one setting from text, as if the file said so.
  * SHEF_ERR_INVALID: the sentence names the key and says what is allowed; nothing was changed. */
 SHEF_MUST_CHECK enum shef_err shef_config_set(struct shef_config *config,
@@ -159,9 +164,11 @@ SHEF_MUST_CHECK enum shef_err shef_config_set(struct shef_config *config,
 void shef_config_get(const struct shef_config *config, const struct shef_config_row *row,
                      char *out_text, size_t n_bytes);
 
-/* Refuses combinations that no single row can refuse; read and parse call it. */
+/* Refuses combinations that no single row can refuse, and paths that would lead somewhere else
+ * than who wrote them thinks; read and parse call it.
+ *   out_keys  the settings that the sentence is about, the second one perhaps NULL; may be NULL */
 SHEF_MUST_CHECK enum shef_err shef_config_check(const struct shef_config *config,
-                                                struct shef_error *err);
+                                                const char *out_keys[2], struct shef_error *err);
 
 #ifdef __cplusplus
 }

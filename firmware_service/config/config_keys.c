@@ -6,10 +6,13 @@
 #include <yaml.h>
 
 #include "config/config.h"
+#include "core/words.h"
 
 #define MAX_DEPTH 4 /* threads.filter.cpu is 3 */
 
 struct walk {
+    const uint8_t *bytes;
+    size_t n_bytes;
     yaml_parser_t parser;
     const char *name;
     struct shef_config_keys *keys;
@@ -36,32 +39,23 @@ static bool is_section(const char *path)
     return false;
 }
 
-/* The settings of that last name in other sections, for whoever forgot the section. */
-static const char *find_namesake(const char *path)
-{
-    const char *last = strrchr(path, '.');
-
-    last = last ? last + 1 : path;
-    for (int i = 0; i < shef_config_n_rows; i++) {
-        const char *own = strrchr(shef_config_rows[i].key, '.');
-
-        if (own && strcmp(own + 1, last) == 0)
-            return shef_config_rows[i].key;
-    }
-    return NULL;
-}
-
 static enum shef_err fail_unknown(struct walk *walk, int line)
 {
-    const char *namesake = find_namesake(walk->path);
+    char hint[SHEF_WORDS_HINT_BYTES];
 
-    if (namesake)
-        return shef_fail(walk->err, SHEF_ERR_INVALID,
-                         "%s, line %d: there is no setting '%s'; is '%s' meant?", walk->name, line,
-                         walk->path, namesake);
-    return shef_fail(walk->err, SHEF_ERR_INVALID,
-                     "%s, line %d: there is no setting '%s'; 'shefd --settings' lists them all",
-                     walk->name, line, walk->path);
+    shef_config_hint(walk->path, hint);
+    return shef_fail(walk->err, SHEF_ERR_INVALID, "%s, line %d: there is no setting '%s'%s",
+                     walk->name, line, walk->path,
+                     *hint ? hint : "; 'shefd --settings' lists them all");
+}
+
+/* A zero byte would end the text for us, and not for who wrote it. */
+static enum shef_err check_scalar(struct walk *walk, const yaml_event_t *event)
+{
+    if (strlen((const char *)event->data.scalar.value) == event->data.scalar.length)
+        return SHEF_OK;
+    return shef_fail(walk->err, SHEF_ERR_INVALID, "%s, line %d: a zero byte in a text", walk->name,
+                     line_of(event));
 }
 
 /* A key: extends the path and notes the line. */
@@ -144,6 +138,8 @@ static enum shef_err take_event(struct walk *walk, const yaml_event_t *event)
                              "%s, line %d: settings look like 'section:' and, on the next line, "
                              "'  key: value'",
                              walk->name, line_of(event));
+        if (check_scalar(walk, event) != SHEF_OK)
+            return walk->err ? walk->err->code : SHEF_ERR_INVALID;
         return walk->has_key ? take_value(walk, event) : take_key(walk, event);
     case YAML_MAPPING_START_EVENT:
         return take_mapping(walk, event);
@@ -163,6 +159,36 @@ static enum shef_err take_event(struct walk *walk, const yaml_event_t *event)
     }
 }
 
+/* Whether the blanks at the front of a line, counted from 0, have a tab among them. */
+static bool is_indented_by_tab(const struct walk *walk, size_t line)
+{
+    const char *at = (const char *)walk->bytes;
+    const char *end = at + walk->n_bytes;
+
+    for (; line > 0 && at; line--) {
+        at = memchr(at, '\n', (size_t)(end - at));
+        at = at ? at + 1 : NULL;
+    }
+    while (at && at < end && *at == ' ')
+        at++;
+    return at && at < end && *at == '\t';
+}
+
+static enum shef_err fail_syntax(struct walk *walk)
+{
+    const size_t line = walk->parser.problem_mark.line;
+    const char *problem = walk->parser.problem ? walk->parser.problem : "unreadable";
+
+    if (walk->parser.error == YAML_MEMORY_ERROR)
+        return shef_fail(walk->err, SHEF_ERR_NO_MEMORY, "read %s: out of memory", walk->name);
+    if (is_indented_by_tab(walk, line))
+        return shef_fail(walk->err, SHEF_ERR_FORMAT,
+                         "%s, line %zu: this is no YAML: a tab begins the line; use spaces",
+                         walk->name, line + 1);
+    return shef_fail(walk->err, SHEF_ERR_FORMAT, "%s, line %zu: this is no YAML: %s", walk->name,
+                     line + 1, problem);
+}
+
 static enum shef_err walk_events(struct walk *walk)
 {
     enum shef_err code = SHEF_OK;
@@ -171,14 +197,8 @@ static enum shef_err walk_events(struct walk *walk)
     while (code == SHEF_OK && !at_end) {
         yaml_event_t event;
 
-        if (!yaml_parser_parse(&walk->parser, &event)) {
-            if (walk->parser.error == YAML_MEMORY_ERROR)
-                return shef_fail(walk->err, SHEF_ERR_NO_MEMORY, "read %s: out of memory",
-                                 walk->name);
-            return shef_fail(walk->err, SHEF_ERR_FORMAT, "%s, line %zu: this is no YAML: %s",
-                             walk->name, walk->parser.problem_mark.line + 1,
-                             walk->parser.problem ? walk->parser.problem : "unreadable");
-        }
+        if (!yaml_parser_parse(&walk->parser, &event))
+            return fail_syntax(walk);
         at_end = event.type == YAML_STREAM_END_EVENT;
         code = take_event(walk, &event);
         yaml_event_delete(&event);
@@ -189,7 +209,9 @@ static enum shef_err walk_events(struct walk *walk)
 enum shef_err shef_config_keys_check(const uint8_t *bytes, size_t n_bytes, const char *name,
                                      struct shef_config_keys *out_keys, struct shef_error *err)
 {
-    struct walk walk = { .name = name, .keys = out_keys, .err = err };
+    struct walk walk = {
+        .bytes = bytes, .n_bytes = n_bytes, .name = name, .keys = out_keys, .err = err
+    };
 
     out_keys->n_keys = 0;
     if (!yaml_parser_initialize(&walk.parser))

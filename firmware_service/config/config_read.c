@@ -115,6 +115,9 @@ static void describe_rows(struct schema *schema)
 static enum shef_err set_rows(const struct texts *texts, const struct shef_config_keys *keys,
                               const char *name, struct shef_config *config, struct shef_error *err)
 {
+    const char *about[2];
+    int line;
+
     for (int i = 0; i < shef_config_n_rows; i++) {
         const struct shef_config_row *row = &shef_config_rows[i];
 
@@ -124,9 +127,14 @@ static enum shef_err set_rows(const struct texts *texts, const struct shef_confi
             return shef_fail_context(err, "%s, line %d", name,
                                      shef_config_keys_line(keys, row->key));
     }
-    if (shef_config_check(config, err) != SHEF_OK)
-        return shef_fail_context(err, "%s", name);
-    return SHEF_OK;
+    if (shef_config_check(config, about, err) == SHEF_OK)
+        return SHEF_OK;
+    /* Of two that do not fit together the file may hold one only. */
+    line = shef_config_keys_line(keys, about[0]);
+    if (line == 0 && about[1])
+        line = shef_config_keys_line(keys, about[1]);
+    return line > 0 ? shef_fail_context(err, "%s, line %d", name, line)
+                    : shef_fail_context(err, "%s", name);
 }
 
 static enum shef_err load(const uint8_t *bytes, size_t n_bytes, const char *name,

@@ -216,11 +216,6 @@ enum shef_err shef_control_create(const struct shef_control_params *params,
                                       .timeout_s = params->timeout_s,
                                       .socket = { .fd = -1, .lock_fd = -1 },
                                       .timer_watch = { .fd = -1 } };
-    if (*params->group && control->group == SHEF_CONTROL_NO_GROUP)
-        shef_log(SHEF_LOG_INFO,
-                 "there is no group '%s', so root and this user only may use shefctl; see "
-                 "control.group",
-                 params->group);
     code = shef_control_socket_open(params->path, control->group, &control->socket, err);
     if (code == SHEF_OK) {
         control->socket_watch = (struct shef_loop_watch){ control->socket.fd, on_socket, control };

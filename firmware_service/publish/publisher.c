@@ -87,6 +87,17 @@ static enum shef_err check_prefix(const char *prefix, struct shef_error *err)
                      prefix, MAX_PREFIX_BYTES);
 }
 
+enum shef_err shef_publisher_check(const char *url, const char *prefix, struct shef_error *err)
+{
+    struct shef_sink *sink = NULL;
+    enum shef_err result = check_prefix(prefix, err);
+
+    if (!result)
+        result = shef_sink_create(url, &sink, err);
+    shef_sink_destroy(sink);
+    return result;
+}
+
 enum shef_err shef_publisher_create(struct shef_publisher **out_publisher,
                                     const struct shef_publisher_params *params,
                                     struct shef_error *err)

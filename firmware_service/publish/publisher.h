@@ -42,6 +42,11 @@ struct shef_publisher_params {
 
 struct shef_publisher;
 
+/* Refuses what create() would refuse, and connects to nothing.    Thread: setup.
+ * SHEF_ERR_INVALID: the address, or a prefix that makes no channel names. SHEF_ERR_NO_MEMORY. */
+SHEF_MUST_CHECK enum shef_err shef_publisher_check(const char *url, const char *prefix,
+                                                   struct shef_error *err);
+
 /* Allocates everything; connects to nothing yet.                  Thread: setup.
  * SHEF_ERR_INVALID: the address, or a prefix that makes no channel names (1 to 50 bytes, printable,
  * no blanks). SHEF_ERR_NO_MEMORY. */

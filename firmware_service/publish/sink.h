@@ -1,6 +1,6 @@
 /* Where messages go: LCM's multicast, or a log file in LCM's format.
  *
- *   udpm://[ADDRESS[:PORT]][?ttl=N]  multicast; 239.255.76.67:7667 and ttl=0 unless said
+ *   udpm://[ADDRESS:PORT][?ttl=N]    multicast; 239.255.76.67:7667 and ttl=0 unless said
  *   file://PATH                      a log, written anew; lcm-logplayer and lcm-spy read it. Its
  *                                    time stamps are the messages' utime, not when they were
  *                                    written: the same messages make the same file

@@ -13,7 +13,51 @@
 #define DEFAULT_ADDRESS "239.255.76.67"
 #define DEFAULT_PORT    7667
 
-/* ADDRESS[:PORT] as LCM reads it; each may be missing. */
+/* One "NAME=NUMBER" of those behind the '?'. LCM prints on standard error what it does not know,
+ * and goes on without it. */
+static enum shef_err check_option(const char *url, const char *option, size_t n_bytes,
+                                  struct shef_error *err)
+{
+    static const struct {
+        const char *name;
+        long min, max;
+    } options[] = { { "ttl=", 0, 255 }, { "recv_buf_size=", 1, INT32_MAX } };
+
+    for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
+        const size_t n_name = strlen(options[i].name);
+        char *end;
+
+        if (n_bytes <= n_name || strncmp(option, options[i].name, n_name) != 0)
+            continue;
+
+        const long number = strtol(option + n_name, &end, 10);
+
+        if (end == option + n_bytes && number >= options[i].min && number <= options[i].max)
+            return SHEF_OK;
+        return shef_fail(err, SHEF_ERR_INVALID,
+                         "LCM address '%s': '%.*s' must be a whole number from %ld to %ld", url,
+                         (int)n_bytes, option, options[i].min, options[i].max);
+    }
+    return shef_fail(err, SHEF_ERR_INVALID,
+                     "LCM address '%s': '%.*s' is none of the options ttl=N and recv_buf_size=N",
+                     url, (int)n_bytes, option);
+}
+
+static enum shef_err check_options(const char *url, const char *rest, struct shef_error *err)
+{
+    const char *option = strchr(rest, '?');
+    enum shef_err result = SHEF_OK;
+
+    while (option && !result) {
+        const size_t n_bytes = strcspn(++option, "&");
+
+        result = check_option(url, option, n_bytes, err);
+        option = option[n_bytes] ? option + n_bytes : NULL;
+    }
+    return result;
+}
+
+/* [ADDRESS:PORT] as LCM reads it. Without the port it would send to port 0. */
 static enum shef_err parse(const char *url, const char *rest, struct sockaddr_in *out_address,
                            struct shef_error *err)
 {
@@ -40,6 +84,10 @@ static enum shef_err parse(const char *url, const char *rest, struct sockaddr_in
                          "LCM address '%s': %s is no multicast address; those are 224.0.0.0 to "
                          "239.255.255.255",
                          url, address);
+    if (address_bytes > 0 && address_bytes == network_bytes)
+        return shef_fail(err, SHEF_ERR_INVALID,
+                         "LCM address '%s': behind %s the port is missing, such as :7667", url,
+                         address);
     if (address_bytes + 1 < network_bytes) {
         char *end = NULL;
 
@@ -56,8 +104,9 @@ static enum shef_err parse(const char *url, const char *rest, struct sockaddr_in
 static enum shef_err udpm_check(const char *url, const char *rest, struct shef_error *err)
 {
     struct sockaddr_in address;
+    const enum shef_err result = parse(url, rest, &address, err);
 
-    return parse(url, rest, &address, err);
+    return result ? result : check_options(url, rest, err);
 }
 
 /* Without a route lcm_create() fails with a page of advice on standard error. */

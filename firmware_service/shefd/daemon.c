@@ -12,6 +12,7 @@
 
 #include "control/loop.h"
 #include "control/server.h"
+#include "control/socket.h"
 #include "core/clock.h"
 #include "core/cpu.h"
 #include "core/log.h"
@@ -32,6 +33,7 @@ struct daemon {
     struct shef_loop_watch timer;
     struct shef_loop_watch end;
     bool is_stall_logged;
+    struct shef_error lock_err; /* why memory is not locked, if it is not */
     enum shef_err outcome;
     struct shef_error outcome_err;
 };
@@ -245,9 +247,8 @@ static enum shef_err start(struct daemon *daemon, struct shef_error *err)
         code = open_signals(daemon, err);
     if (code == SHEF_OK)
         code = open_control(daemon, err);
-    if (code == SHEF_OK && daemon->config.memory.lock && shef_process_lock_memory(err) != SHEF_OK)
-        shef_log(SHEF_LOG_WARNING, "memory is not locked, so other programs may slow this down: %s",
-                 err->text);
+    if (code == SHEF_OK && daemon->config.memory.lock)
+        (void)!shef_process_lock_memory(&daemon->lock_err);
     if (code == SHEF_OK)
         code = start_service(daemon, err);
     if (code == SHEF_OK)
@@ -259,6 +260,21 @@ static enum shef_err start(struct daemon *daemon, struct shef_error *err)
         code = open_timer(daemon, err);
     }
     return code;
+}
+
+/* Once it is clear that the service starts: a failure stays the one sentence that it is. */
+static void log_what_is_missing(const struct daemon *daemon)
+{
+    const char *group = daemon->config.control.group;
+
+    if (*group && shef_control_group(group) == SHEF_CONTROL_NO_GROUP)
+        shef_log(SHEF_LOG_INFO,
+                 "there is no group '%s', so root and this user only may use shefctl; see "
+                 "control.group",
+                 group);
+    if (daemon->lock_err.code != SHEF_OK)
+        shef_log(SHEF_LOG_WARNING, "memory is not locked, so other programs may slow this down: %s",
+                 daemon->lock_err.text);
 }
 
 static void stop(struct daemon *daemon)
@@ -273,20 +289,21 @@ static void stop(struct daemon *daemon)
     shef_loop_destroy(daemon->loop);
 }
 
-enum shef_err shef_daemon_run(const struct shef_shefd_options *options, struct shef_error *err)
+enum shef_err shef_daemon_run(const struct shef_shefd_options *options,
+                              const struct shef_config *config, struct shef_error *err)
 {
-    struct daemon daemon = { .options = options, .signals = { .fd = -1 }, .timer = { .fd = -1 } };
+    struct daemon daemon = {
+        .options = options, .config = *config, .signals = { .fd = -1 }, .timer = { .fd = -1 }
+    };
     char status[256];
-    enum shef_err code = shef_shefd_config_load(options, &daemon.config, err);
+    enum shef_err code = choose_kernels(config, err);
 
     if (code != SHEF_OK)
         return code;
-    set_log_level(&daemon.config);
-    code = choose_kernels(&daemon.config, err);
-    if (code != SHEF_OK)
-        return code;
+    set_log_level(config);
     code = start(&daemon, err);
     if (code == SHEF_OK) {
+        log_what_is_missing(&daemon);
         shef_service_describe(daemon.service, status, sizeof status);
         sd_notifyf(0, "READY=1\nSTATUS=%s", status);
         shef_log(SHEF_LOG_INFO, "shefd %s is up: %s", SHEF_VERSION, status);

@@ -7,65 +7,57 @@
 #include "shefd/daemon.h"
 #include "shefd/options.h"
 
-enum { EXIT_USAGE = 2 };
+enum { EXIT_WRONG_WORDS = 2 }; /* on the command line or in the settings */
 
-static enum shef_err print_settings(const struct shef_shefd_options *options,
-                                    struct shef_error *err)
+static int fail(int status, const struct shef_error *err)
+{
+    shef_log(SHEF_LOG_ERROR, "%s", err->text);
+    return status;
+}
+
+static int act(const struct shef_shefd_options *options, struct shef_error *err)
 {
     struct shef_config config;
-    const enum shef_err code = shef_shefd_config_load(options, &config, err);
 
-    if (code != SHEF_OK)
-        return code;
+    if (options->action == SHEF_SHEFD_HELP) {
+        shef_shefd_options_help(stdout);
+        return EXIT_SUCCESS;
+    }
+    if (options->action == SHEF_SHEFD_VERSION) {
+        printf("shefd %s\n", SHEF_VERSION);
+        return EXIT_SUCCESS;
+    }
+    if (shef_shefd_config_load(options, &config, err) != SHEF_OK)
+        return fail(EXIT_WRONG_WORDS, err);
     switch (options->action) {
     case SHEF_SHEFD_LIST_SETTINGS:
         shef_config_write_list(&config, stdout);
-        break;
+        return EXIT_SUCCESS;
     case SHEF_SHEFD_WRITE_CONFIG:
         shef_config_write_yaml(&config, stdout);
-        break;
-    default:
-        printf("the settings are right\n");
-        break;
-    }
-    return SHEF_OK;
-}
-
-static enum shef_err act(const struct shef_shefd_options *options, struct shef_error *err)
-{
-    switch (options->action) {
-    case SHEF_SHEFD_HELP:
-        shef_shefd_options_help(stdout);
-        return SHEF_OK;
-    case SHEF_SHEFD_VERSION:
-        printf("shefd %s\n", SHEF_VERSION);
-        return SHEF_OK;
+        return EXIT_SUCCESS;
     case SHEF_SHEFD_CHECK_CONFIG:
-    case SHEF_SHEFD_LIST_SETTINGS:
-    case SHEF_SHEFD_WRITE_CONFIG:
-        return print_settings(options, err);
-    case SHEF_SHEFD_RUN:
+        printf("the settings are right\n");
+        return EXIT_SUCCESS;
+    default:
         break;
     }
-    return shef_daemon_run(options, err);
+    return shef_daemon_run(options, &config, err) == SHEF_OK ? EXIT_SUCCESS
+                                                             : fail(EXIT_FAILURE, err);
 }
 
 int main(int argc, char **argv)
 {
     struct shef_shefd_options options;
     struct shef_error err = { 0 };
+    int status;
 
-    if (shef_shefd_options_parse(argc, argv, &options, &err) != SHEF_OK) {
-        fprintf(stderr, "shefd: %s\n", err.text);
-        return EXIT_USAGE;
+    if (shef_shefd_options_parse(argc, argv, &options, &err) != SHEF_OK)
+        return fail(EXIT_WRONG_WORDS, &err);
+    status = act(&options, &err);
+    if (status == EXIT_SUCCESS && (fflush(stdout) != 0 || ferror(stdout))) {
+        (void)shef_fail(&err, SHEF_ERR_IO, "standard output cannot be written to");
+        return fail(EXIT_FAILURE, &err);
     }
-    if (act(&options, &err) != SHEF_OK) {
-        shef_log(SHEF_LOG_ERROR, "%s", err.text);
-        return EXIT_FAILURE;
-    }
-    if (fflush(stdout) != 0 || ferror(stdout)) {
-        fprintf(stderr, "shefd: standard output cannot be written to\n");
-        return EXIT_FAILURE;
-    }
-    return EXIT_SUCCESS;
+    return status;
 }

@@ -5,6 +5,9 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "core/words.h"
+#include "publish/publisher.h"
+
 enum {
     OPTION_CHECK = 256,
     OPTION_SETTINGS,
@@ -45,19 +48,45 @@ void shef_shefd_options_help(FILE *out)
             "      --version          print the version\n"
             "  -h, --help             print this help\n\n"
             "SIGTERM and SIGINT end it, SIGHUP reads the settings again. Exit status: 0\n"
-            "ended as asked, 1 failed (one sentence on standard error says why), 2 the\n"
-            "command line is wrong.\n",
+            "ended as asked, 1 failed, 2 the command line or a setting is wrong. One\n"
+            "sentence on standard error says why.\n",
             SHEF_CONFIG_DEFAULT_PATH);
+}
+
+static enum shef_err apply_override(const char *text, struct shef_config *config,
+                                    struct shef_error *err)
+{
+    char hint[SHEF_WORDS_HINT_BYTES];
+    char key[96];
+    const char *value = strchr(text, '=') + 1;
+    const struct shef_config_row *row;
+
+    snprintf(key, sizeof key, "%.*s", (int)(value - 1 - text), text);
+    row = shef_config_find(key);
+    if (!row) {
+        shef_config_hint(key, hint);
+        return shef_fail(err, SHEF_ERR_INVALID, "--set %s: there is no setting '%s'%s", text, key,
+                         *hint ? hint : "; --settings lists them all");
+    }
+    if (shef_config_set(config, row, value, err) != SHEF_OK)
+        return shef_fail_context(err, "--set");
+    return SHEF_OK;
 }
 
 static enum shef_err add_override(struct shef_shefd_options *options, const char *text,
                                   struct shef_error *err)
 {
+    struct shef_config tried;
+
     if (options->n_overrides == SHEF_SHEFD_MAX_OVERRIDES)
         return shef_fail(err, SHEF_ERR_INVALID, "--set: at most %d times; write a file instead",
                          SHEF_SHEFD_MAX_OVERRIDES);
     if (!strchr(text, '='))
         return shef_fail(err, SHEF_ERR_INVALID, "--set %s: needs KEY=VALUE; see --settings", text);
+    /* They count only after the file has been read; mistakes are found before. */
+    shef_config_defaults(&tried);
+    if (apply_override(text, &tried, err) != SHEF_OK)
+        return SHEF_ERR_INVALID;
     options->overrides[options->n_overrides++] = text;
     return SHEF_OK;
 }
@@ -73,7 +102,8 @@ static enum shef_err take(struct shef_shefd_options *options, int found, char **
         return add_override(options, optarg, err);
     case OPTION_PLAY:
         options->recording = optarg;
-        return SHEF_OK;
+        return *optarg ? SHEF_OK
+                       : shef_fail(err, SHEF_ERR_INVALID, "--play: the recording has no name");
     case OPTION_ONCE:
         options->ends_with_source = true;
         return SHEF_OK;
@@ -121,24 +151,6 @@ enum shef_err shef_shefd_options_parse(int argc, char **argv,
     return code;
 }
 
-static enum shef_err apply_override(const char *text, struct shef_config *config,
-                                    struct shef_error *err)
-{
-    char key[96];
-    const char *value = strchr(text, '=') + 1;
-    const struct shef_config_row *row;
-
-    snprintf(key, sizeof key, "%.*s", (int)(value - 1 - text), text);
-    row = shef_config_find(key);
-    if (!row)
-        return shef_fail(err, SHEF_ERR_INVALID,
-                         "--set %s: there is no setting '%s'; --settings lists them all", text,
-                         key);
-    if (shef_config_set(config, row, value, err) != SHEF_OK)
-        return shef_fail_context(err, "--set");
-    return SHEF_OK;
-}
-
 /* The service's own folder may change, the user's words were about his. */
 static enum shef_err set_recording(const char *path, struct shef_config *config,
                                    struct shef_error *err)
@@ -169,7 +181,17 @@ enum shef_err shef_shefd_config_load(const struct shef_shefd_options *options,
     if (code == SHEF_OK && options->recording)
         code = set_recording(options->recording, &config, err);
     if (code == SHEF_OK)
-        code = shef_config_check(&config, err);
+        code = shef_config_check(&config, NULL, err);
+    if (code == SHEF_OK)
+        code = shef_publisher_check(config.lcm.url, config.lcm.prefix, err);
+    if (code == SHEF_OK && options->ends_with_source && !*config.source.recording)
+        code = shef_fail(err, SHEF_ERR_INVALID,
+                         "--once leaves when the recording is over, but there is none; name one "
+                         "with --play");
+    if (code == SHEF_OK && options->ends_with_source && config.source.loop)
+        code = shef_fail(err, SHEF_ERR_INVALID,
+                         "--once leaves when the recording is over, which never happens with "
+                         "source.loop=true");
     if (code == SHEF_OK)
         *out_config = config;
     return code;

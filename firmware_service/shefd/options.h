@@ -29,7 +29,8 @@ struct shef_shefd_options {
     int n_overrides;
 };
 
-/* SHEF_ERR_INVALID: an option that is not there, a value that is missing. */
+/* SHEF_ERR_INVALID: an option or setting that is not there, a value that is missing or not allowed,
+ * options that make no sense together. */
 SHEF_MUST_CHECK enum shef_err shef_shefd_options_parse(int argc, char **argv,
                                                        struct shef_shefd_options *out_options,
                                                        struct shef_error *err);
@@ -37,7 +38,8 @@ SHEF_MUST_CHECK enum shef_err shef_shefd_options_parse(int argc, char **argv,
 void shef_shefd_options_help(FILE *out);
 
 /* Reads the configuration that the options ask for: file, then what the command line overrides.
- * Without --config a usual file that is not there means all defaults. */
+ * Without --config a usual file that is not there means all defaults. What is loaded passes every
+ * check that can be made without a device, a recording or a network. */
 SHEF_MUST_CHECK enum shef_err shef_shefd_config_load(const struct shef_shefd_options *options,
                                                      struct shef_config *out_config,
                                                      struct shef_error *err);

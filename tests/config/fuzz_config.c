@@ -25,7 +25,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t n_bytes)
         if (shef_config_set(&again, &shef_config_rows[i], text, &err) != SHEF_OK)
             abort();
     }
-    if (shef_config_check(&again, &err) != SHEF_OK)
+    if (shef_config_check(&again, NULL, &err) != SHEF_OK)
         abort();
     return 0;
 }

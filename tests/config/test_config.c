@@ -198,12 +198,50 @@ static void test_a_text_that_is_too_long_empty_or_odd_is_refused(void)
 
 static void test_settings_that_do_not_fit_together_are_refused(void)
 {
-    expect_sentence("shed:\n  cloud_ms: 20\n",
-                    "shefd.yaml: shed.full_grid_ms (12 ms) is below shed.cloud_ms (20 ms), but "
-                    "cheaper work is left out first");
+    expect_sentence(
+        "shed:\n  cloud_ms: 20\n",
+        "shefd.yaml, line 2: shed.full_grid_ms (12 ms) is below shed.cloud_ms (20 ms), but "
+        "cheaper work is left out first");
     expect_sentence("control:\n  socket: shefd.sock\n",
-                    "shefd.yaml: control.socket: 'shefd.sock' must be a full path, beginning "
-                    "with /");
+                    "shefd.yaml, line 2: control.socket: 'shefd.sock' must be a full path, "
+                    "beginning with /");
+    expect_sentence("record:\n  folder: mine\n",
+                    "shefd.yaml, line 2: record.folder: 'mine' must be a full path, beginning with "
+                    "/");
+}
+
+static void test_a_path_that_only_a_shell_understands_is_refused(void)
+{
+    expect_sentence("source:\n  recording: ~/walk-1\n",
+                    "shefd.yaml, line 2: source.recording: '~/walk-1': only shells know what ~ "
+                    "means; write the full path");
+    expect_line("calibration:\n  file: ~/c.yaml\n", "line 2: calibration.file");
+}
+
+static void test_slips_of_the_finger_get_a_hint(void)
+{
+    expect_sentence("depht:\n  mode: graded\n",
+                    "shefd.yaml, line 1: there is no setting 'depht'; is 'depth' meant?");
+    expect_sentence("depth:\n  worker: 2\n",
+                    "shefd.yaml, line 2: there is no setting 'depth.worker'; is 'depth.workers' "
+                    "meant?");
+    expect_sentence("threads:\n  fliter:\n    cpu: 1\n",
+                    "shefd.yaml, line 2: there is no setting 'threads.fliter'; is 'threads.filter' "
+                    "meant?");
+    expect_sentence("depth:\n  mode: grade\n",
+                    "shefd.yaml, line 2: depth.mode: 'grade' must be one of "
+                    "paper-ds|paper-dp|unsigned|ternary|graded|temporal|combined; is 'graded' "
+                    "meant?");
+    expect_sentence("depth:\n\tmode: graded\n",
+                    "shefd.yaml, line 2: this is no YAML: a tab begins the line; use spaces");
+}
+
+static void test_bytes_that_would_be_read_differently_are_refused(void)
+{
+    expect_sentence("lcm:\n  prefix: \"a\\0b\"\n", "shefd.yaml, line 2: a zero byte in a text");
+    expect_sentence("depth:\n  \"mode\\0\": graded\n", "shefd.yaml, line 2: a zero byte in a text");
+    expect_sentence("lcm:\n  prefix: \"\\u009b2J\"\n",
+                    "shefd.yaml, line 2: lcm.prefix: the text contains a control character");
 }
 
 static void test_a_refused_file_changes_nothing(void)
@@ -267,6 +305,9 @@ int main(void)
     RUN_TEST(test_what_yaml_allows_and_settings_do_not_is_refused);
     RUN_TEST(test_a_text_that_is_too_long_empty_or_odd_is_refused);
     RUN_TEST(test_settings_that_do_not_fit_together_are_refused);
+    RUN_TEST(test_a_path_that_only_a_shell_understands_is_refused);
+    RUN_TEST(test_slips_of_the_finger_get_a_hint);
+    RUN_TEST(test_bytes_that_would_be_read_differently_are_refused);
     RUN_TEST(test_a_refused_file_changes_nothing);
     RUN_TEST(test_a_missing_file_is_one_sentence);
     RUN_TEST(test_the_library_and_our_own_pass_know_the_same_keys);

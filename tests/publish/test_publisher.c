@@ -367,6 +367,17 @@ static void test_addresses_that_cannot_work_are_refused_with_a_sentence(void)
     expect_refused("udpm://239.255.76.67:99999?ttl=0", "A",
                    "LCM address 'udpm://239.255.76.67:99999?ttl=0': '99999' is no port from 1 to "
                    "65535");
+    expect_refused("udpm://239.255.76.67", "A",
+                   "LCM address 'udpm://239.255.76.67': behind 239.255.76.67 the port is missing, "
+                   "such as :7667");
+    expect_refused("udpm://?ttl=abc", "A",
+                   "LCM address 'udpm://?ttl=abc': 'ttl=abc' must be a whole number from 0 to 255");
+    expect_refused("udpm://?ttl=1&", "A",
+                   "LCM address 'udpm://?ttl=1&': '' is none of the options ttl=N and "
+                   "recv_buf_size=N");
+    expect_refused("udpm://239.255.76.67:7667?recv_buf_size=4194304&tll=0", "A",
+                   "LCM address 'udpm://239.255.76.67:7667?recv_buf_size=4194304&tll=0': 'tll=0' "
+                   "is none of the options ttl=N and recv_buf_size=N");
     expect_refused("file://", "A", "LCM address 'file://': the path of the log is missing");
     expect_refused("file:///tmp/a?mode=r", "A",
                    "LCM address 'file:///tmp/a?mode=r': a log has no options; it is always "

@@ -63,6 +63,12 @@ static void test_mistakes_on_the_command_line_are_named(void)
     expect_refused("--nonsense", "--nonsense is no option of shefd; see --help");
     expect_refused("--config", "--config needs a value; see --help");
     expect_refused("--set mode", "--set mode: needs KEY=VALUE; see --settings");
+    expect_refused("--set depth.speed=7", "--set depth.speed=7: there is no setting 'depth.speed'; "
+                                          "--settings lists them all");
+    expect_refused("--set depth.worker=7", "--set depth.worker=7: there is no setting "
+                                           "'depth.worker'; is 'depth.workers' meant?");
+    expect_refused("-s depth.workers=70", "--set: depth.workers: '70' must be a whole number from "
+                                          "1 to 16 threads");
     expect_refused("walk-1", "'walk-1' belongs to no option; see --help");
 }
 
@@ -90,16 +96,30 @@ static void test_settings_on_the_command_line_are_checked_like_the_files(void)
 {
     char line[512];
 
-    snprintf(line, sizeof line, "-c %s", write_config(""));
-    strcat(line, " -s depth.speed=7");
-    expect_not_loaded(line, "--set depth.speed=7: there is no setting 'depth.speed'; --settings "
-                            "lists them all");
-    snprintf(line, sizeof line, "-c %s -s depth.workers=70", write_config(""));
-    expect_not_loaded(line, "--set: depth.workers: '70' must be a whole number from 1 to 16 "
-                            "threads");
     snprintf(line, sizeof line, "-c %s -s shed.dense_ms=900", write_config(""));
     expect_not_loaded(line, "shed.cloud_ms (10 ms) is below shed.dense_ms (900 ms), but cheaper "
                             "work is left out first");
+    snprintf(line, sizeof line, "-c %s -s lcm.url=udpm://239.255.76.67", write_config(""));
+    expect_not_loaded(line, "LCM address 'udpm://239.255.76.67': behind 239.255.76.67 the port is "
+                            "missing, such as :7667");
+    snprintf(line, sizeof line, "-c %s", write_config("lcm:\n  prefix: a b\n"));
+    expect_not_loaded(line, "LCM prefix 'a b': 1 to 50 printable characters without blanks are "
+                            "possible");
+}
+
+static void test_an_end_that_never_comes_is_refused(void)
+{
+    char *words[] = { (char[]){ "shefd" }, (char[]){ "--play" }, (char[]){ "" }, NULL };
+    char line[512];
+
+    snprintf(line, sizeof line, "-c %s --once", write_config(""));
+    expect_not_loaded(line, "--once leaves when the recording is over, but there is none; name one "
+                            "with --play");
+    snprintf(line, sizeof line, "-c %s --once --play / -s source.loop=true", write_config(""));
+    expect_not_loaded(line, "--once leaves when the recording is over, which never happens with "
+                            "source.loop=true");
+    TEST_ASSERT_EQUAL(SHEF_ERR_INVALID, shef_shefd_options_parse(3, words, &options, &err));
+    TEST_ASSERT_EQUAL_STRING("--play: the recording has no name", err.text);
 }
 
 static void test_a_named_file_must_be_there(void)
@@ -116,6 +136,7 @@ int main(void)
     RUN_TEST(test_mistakes_on_the_command_line_are_named);
     RUN_TEST(test_the_command_line_comes_before_the_file);
     RUN_TEST(test_settings_on_the_command_line_are_checked_like_the_files);
+    RUN_TEST(test_an_end_that_never_comes_is_refused);
     RUN_TEST(test_a_named_file_must_be_there);
     return UNITY_END();
 }
