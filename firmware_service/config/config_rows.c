@@ -102,7 +102,7 @@ const struct shef_config_row shef_config_rows[] = {
     INT("control.max_clients", control.max_clients, "16", 1, 64, NULL,
         "how many may be connected at once"),
     INT("control.timeout_s", control.timeout_s, "10", 1, 3600, "s",
-        "a client that keeps half a request, or does not read its answer, is dropped after this"),
+        "a client without a whole request, or with an answer not read to its end, is dropped after this"),
 
     THREAD("events", SHEF_THREAD_EVENTS, "fifo", "60", "the thread of the event source"),
     THREAD("frames", SHEF_THREAD_FRAMES, "fifo", "60", "the thread of the frame source"),

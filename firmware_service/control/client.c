@@ -8,6 +8,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "core/words.h"
+
 /* Sends what the socket takes. False: the client is gone. */
 static bool send_some(struct shef_control_client *client)
 {
@@ -20,10 +22,10 @@ static bool send_some(struct shef_control_client *client)
         if (n < 0)
             return errno == EAGAIN;
         client->n_sent += (size_t)n;
-        client->last_active = shef_clock_now(client->clock);
     }
     free(client->answer);
     client->answer = NULL;
+    client->last_done = shef_clock_now(client->clock);
     return true;
 }
 
@@ -41,25 +43,59 @@ static bool answer_with(struct shef_control_client *client, char *line)
 
 static bool refuse(struct shef_control_client *client, const struct shef_error *err)
 {
-    return answer_with(client, shef_control_refusal(err));
+    return answer_with(client, shef_control_refusal(err, client->ends));
+}
+
+/* An argument with a slip in its name would be left out in silence. */
+static enum shef_err check_arguments(const struct shef_control_command *command, json_t *arguments,
+                                     struct shef_error *err)
+{
+    const char *list = command->arguments ? command->arguments : "";
+    const char *name;
+    json_t *value;
+
+    json_object_foreach(arguments, name, value)
+    {
+        char word[SHEF_CONTROL_NAME_BYTES];
+        bool is_known = false;
+
+        (void)value;
+        for (int32_t i = 0; shef_words_at(list, i, word, sizeof word); i++)
+            is_known = is_known || strcmp(word, name) == 0;
+        if (!is_known)
+            return shef_fail(err, SHEF_ERR_INVALID, "%s: there is no argument '%.40s'; it takes %s",
+                             command->name, name, *list ? list : "none");
+    }
+    return SHEF_OK;
+}
+
+static enum shef_err find_and_call(struct shef_control_client *client,
+                                   const struct shef_control_request *request, json_t *answer,
+                                   struct shef_error *err)
+{
+    void *context = NULL;
+    const struct shef_control_command *command =
+        shef_control_find(client->control, request->command, &context);
+    enum shef_err code;
+
+    if (!answer)
+        return shef_fail(err, SHEF_ERR_NO_MEMORY, "answer a request: out of memory");
+    if (!command)
+        return shef_fail(err, SHEF_ERR_NOT_FOUND,
+                         "there is no command '%s'; 'help' lists those there are",
+                         request->command);
+    code = check_arguments(command, request->arguments, err);
+    return code == SHEF_OK ? command->handler(context, request->arguments, answer, err) : code;
 }
 
 static bool run_command(struct shef_control_client *client,
                         const struct shef_control_request *request)
 {
     struct shef_error err = { 0 };
-    void *context = NULL;
-    const struct shef_control_command *command =
-        shef_control_find(client->control, request->command, &context);
     json_t *answer = json_object();
     bool alive;
 
-    if (!command)
-        (void)shef_fail(&err, SHEF_ERR_NOT_FOUND,
-                        "there is no command '%s'; 'help' lists those there are", request->command);
-    if (!answer)
-        (void)shef_fail(&err, SHEF_ERR_NO_MEMORY, "answer a request: out of memory");
-    if (command && answer && command->handler(context, request->arguments, answer, &err) == SHEF_OK)
+    if (find_and_call(client, request, answer, &err) == SHEF_OK)
         alive = answer_with(client, shef_control_answer(answer));
     else
         alive = refuse(client, &err);
@@ -111,6 +147,7 @@ static bool handle_received(struct shef_control_client *client)
         const size_t n_line = (size_t)(end - client->received);
         const bool alive = handle_line(client, client->received, n_line);
 
+        client->last_done = shef_clock_now(client->clock);
         client->n_received -= n_line + 1;
         memmove(client->received, end + 1, client->n_received);
         return alive;
@@ -123,6 +160,21 @@ static bool handle_received(struct shef_control_client *client)
     return refuse(client, &err);
 }
 
+/* The client has said all it has to say. False: it is gone. */
+static bool hear_the_end(struct shef_control_client *client)
+{
+    struct shef_error err;
+
+    if (client->n_received == 0)
+        return false;
+    (void)shef_fail(&err, SHEF_ERR_FORMAT,
+                    "the request has no end: %zu bytes came, but no newline behind them",
+                    client->n_received);
+    client->n_received = 0;
+    client->ends = true;
+    return refuse(client, &err);
+}
+
 static bool receive(struct shef_control_client *client)
 {
     const ssize_t n = recv(client->watch.fd, client->received + client->n_received,
@@ -131,9 +183,8 @@ static bool receive(struct shef_control_client *client)
     if (n < 0)
         return errno == EAGAIN || errno == EINTR;
     if (n == 0)
-        return false;
+        return hear_the_end(client);
     client->n_received += (size_t)n;
-    client->last_active = shef_clock_now(client->clock);
     return true;
 }
 
@@ -153,7 +204,7 @@ static void on_client(void *context, uint32_t events)
     if (alive && !client->answer && !client->ends) {
         if (!has_line(client) && (events & (EPOLLIN | EPOLLHUP)))
             alive = receive(client);
-        if (alive)
+        if (alive && !client->ends)
             alive = handle_received(client);
     }
     if (!alive || (client->ends && !client->answer)) {
@@ -181,8 +232,8 @@ struct shef_control_client *shef_control_client_create(struct shef_control *cont
     client->loop = loop;
     client->clock = clock;
     client->watch = (struct shef_loop_watch){ fd, on_client, client };
-    client->last_active = shef_clock_now(clock);
-    client->second = client->last_active;
+    client->last_done = shef_clock_now(clock);
+    client->second = client->last_done;
     if (shef_loop_watch(loop, &client->watch, EPOLLIN, err) != SHEF_OK) {
         free(client);
         return NULL;

@@ -22,8 +22,8 @@ struct shef_control_client {
     struct shef_control_client *next;
     /* The client's own. */
     struct shef_loop_watch watch;
-    shef_host_time last_active; /* when bytes last moved, either way */
-    shef_host_time second;      /* when the present second of counting began */
+    shef_host_time last_done; /* when it came, or a request or an answer was last complete */
+    shef_host_time second;    /* when the present second of counting began */
     int32_t n_in_second;
     char *answer; /* being sent, or NULL */
     size_t n_answer;

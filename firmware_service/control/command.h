@@ -17,9 +17,9 @@ extern "C" {
 
 /* Carries out one request.                                        Thread: control.
  *   context    of the table's registration
- *   arguments  a JSON object, perhaps empty; what is in it is the client's word: check it
- *   answer     an empty JSON object to fill
- * On failure err holds the sentence for the user, and what is in answer is dropped. */
+ *   arguments  a JSON object, perhaps empty, with the row's names only; their values are the
+ * client's word: check them answer     an empty JSON object to fill On failure err holds the
+ * sentence for the user, and what is in answer is dropped. */
 typedef enum shef_err shef_control_handler(void *context, const json_t *arguments, json_t *answer,
                                            struct shef_error *err);
 
@@ -27,6 +27,7 @@ struct shef_control_command {
     const char *name; /* "status", "record start" */
     const char *help; /* one line without a full stop */
     shef_control_handler *handler;
+    const char *arguments; /* what it takes, "recording|loop|pace"; NULL: nothing */
 };
 
 /* Fetches an argument that must be a text of 1 to n_bytes - 1 bytes.

@@ -105,10 +105,11 @@ char *shef_control_answer(const json_t *answer)
     return write_line(json_pack("{s:b, s:O}", "ok", 1, "answer", answer));
 }
 
-char *shef_control_refusal(const struct shef_error *err)
+char *shef_control_refusal(const struct shef_error *err, bool closes)
 {
-    return write_line(json_pack("{s:b, s:{s:s, s:o}}", "ok", 0, "error", "code",
-                                shef_err_name(err->code), "text", shef_control_string(err->text)));
+    return write_line(json_pack("{s:b, s:{s:s, s:o, s:b}}", "ok", 0, "error", "code",
+                                shef_err_name(err->code), "text", shef_control_string(err->text),
+                                "closes", (int)closes));
 }
 
 enum shef_err shef_control_text(const json_t *arguments, const char *name, char *out_text,

@@ -3,6 +3,7 @@
 #ifndef SHEF_CONTROL_REQUEST_H
 #define SHEF_CONTROL_REQUEST_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include <jansson.h>
@@ -31,8 +32,9 @@ SHEF_MUST_CHECK enum shef_err shef_control_request_parse(const char *line, size_
  *   answer  what the handler filled in */
 char *shef_control_answer(const json_t *answer);
 
-/* The same for a refusal. */
-char *shef_control_refusal(const struct shef_error *err);
+/* The same for a refusal.
+ *   closes  the connection ends with it: the client, not what it asked for, is refused */
+char *shef_control_refusal(const struct shef_error *err, bool closes);
 
 /* A text as JSON. Bytes that are no UTF-8, as names of files may have, become '?'. */
 json_t *shef_control_string(const char *text);

@@ -1,6 +1,7 @@
 #include "control/server.h"
 
 #include <errno.h>
+#include <inttypes.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -34,6 +35,7 @@ struct shef_control {
     struct shef_control_client *clients;
     int n_clients;
     shef_host_time last_refusal_logged;
+    uint64_t n_refused; /* clients that may not */
     struct table tables[MAX_TABLES];
     int n_tables;
 };
@@ -68,7 +70,7 @@ void shef_control_drop(struct shef_control *control, struct shef_control_client 
 /* For who is not let in: one try, then the door closes. */
 static void turn_away(int fd, const struct shef_error *err)
 {
-    char *line = shef_control_refusal(err);
+    char *line = shef_control_refusal(err, true);
 
     if (line && send(fd, line, strlen(line), MSG_NOSIGNAL | MSG_DONTWAIT) < 0)
         shef_log(SHEF_LOG_DEBUG, "a refused client did not hear why");
@@ -76,17 +78,22 @@ static void turn_away(int fd, const struct shef_error *err)
     close(fd);
 }
 
-/* Once a second at most: whoever knocks in a loop shall not fill the journal. */
+/* Once in this time at most: whoever knocks in a loop shall not fill the journal. */
+#define REFUSAL_LOG_NS (60 * SHEF_NS_PER_S)
+
 static void log_refusal(struct shef_control *control, const struct shef_control_peer *peer)
 {
     const shef_host_time now = shef_clock_now(control->clock);
 
+    control->n_refused++;
     if (control->last_refusal_logged.ns != 0 &&
-        shef_host_time_since(now, control->last_refusal_logged) < SHEF_NS_PER_S)
+        shef_host_time_since(now, control->last_refusal_logged) < REFUSAL_LOG_NS)
         return;
     control->last_refusal_logged = now;
-    shef_log(SHEF_LOG_WARNING, "control: user %u (process %d) is not allowed, refused",
-             (unsigned)peer->uid, (int)peer->pid);
+    shef_log(SHEF_LOG_WARNING,
+             "control: user %u (process %d) is not allowed, refused; %" PRIu64
+             " refused since the start, said once a minute",
+             (unsigned)peer->uid, (int)peer->pid, control->n_refused);
 }
 
 static enum shef_err check_peer(struct shef_control *control, int fd, struct shef_error *err)
@@ -147,7 +154,7 @@ void shef_control_expire(struct shef_control *control)
 
     for (struct shef_control_client *client = control->clients, *next; client; client = next) {
         next = client->next;
-        if (shef_host_time_since(now, client->last_active) > control->timeout_s * SHEF_NS_PER_S)
+        if (shef_host_time_since(now, client->last_done) > control->timeout_s * SHEF_NS_PER_S)
             shef_control_drop(control, client);
     }
 }

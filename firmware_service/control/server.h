@@ -25,7 +25,7 @@ struct shef_control_params {
     const char *path;  /* of the socket */
     const char *group; /* whose members are allowed; "": no group */
     int32_t max_clients;
-    int32_t timeout_s; /* of silence, or of an answer that is not read */
+    int32_t timeout_s; /* without a whole request, or with an answer that is not read to its end */
     struct shef_loop *loop;
     const struct shef_clock *clock;
 };

@@ -38,18 +38,33 @@ static enum shef_err fail_locked(const struct shef_control_socket *socket, int f
                      *pid ? pid : "unknown", socket->path);
 }
 
+static enum shef_err fail_to_open_lock(const struct shef_control_socket *socket, int os_errno,
+                                       struct shef_error *err)
+{
+    struct stat info;
+
+    if (os_errno == EACCES && lstat(socket->lock_path, &info) == 0)
+        return shef_fail(err, SHEF_ERR_FULL,
+                         "control socket '%s': its lock '%s' belongs to user %u; if no shefd of "
+                         "that user runs any more, remove both, otherwise give this one a "
+                         "control.socket of its own",
+                         socket->path, socket->lock_path, (unsigned)info.st_uid);
+    return shef_fail_os(err, os_errno,
+                        "control socket '%s': create its lock (its folder must be there and "
+                        "writable for this user; see control.socket)",
+                        socket->path);
+}
+
 /* Takes PATH.lock. It is removed at a clean end, so a starter may have opened one that is gone
  * by the time it is locked: then the next round finds the new one. */
 static enum shef_err lock(struct shef_control_socket *socket, struct shef_error *err)
 {
     for (;;) {
-        const int fd = open(socket->lock_path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
+        /* For this user only: whoever can open it can hold it against the next start. */
+        const int fd = open(socket->lock_path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
 
         if (fd < 0)
-            return shef_fail_os(err, errno,
-                                "control socket '%s': create its lock (its folder must be there "
-                                "and writable for this user; see control.socket)",
-                                socket->path);
+            return fail_to_open_lock(socket, errno, err);
         if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
             const enum shef_err code =
                 errno == EWOULDBLOCK

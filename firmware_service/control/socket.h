@@ -25,8 +25,8 @@ struct shef_control_socket {
 /* Locks, replaces a socket that a dead service left, and listens. The socket's mode is 0660 and
  * its group is `group`, where that may be set.
  *   group  members may connect, or SHEF_CONTROL_NO_GROUP
- * SHEF_ERR_FULL: another service holds it. SHEF_ERR_INVALID: the path is too long for a socket,
- * or something else is there. SHEF_ERR_NOT_FOUND, PERMISSION, IO: the folder. */
+ * SHEF_ERR_FULL: another service, or another user, holds it. SHEF_ERR_INVALID: the path is too long
+ * for a socket, or something else is there. SHEF_ERR_NOT_FOUND, PERMISSION, IO: the folder. */
 SHEF_MUST_CHECK enum shef_err shef_control_socket_open(const char *path, gid_t group,
                                                        struct shef_control_socket *out_socket,
                                                        struct shef_error *err);

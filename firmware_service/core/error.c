@@ -106,3 +106,11 @@ const char *shef_err_name(enum shef_err code)
 
     return (unsigned)code < sizeof names / sizeof names[0] ? names[code] : "unknown";
 }
+
+enum shef_err shef_err_of_name(const char *name)
+{
+    for (int code = SHEF_OK; code <= SHEF_ERR_UNSUPPORTED; code++)
+        if (strcmp(shef_err_name((enum shef_err)code), name) == 0)
+            return (enum shef_err)code;
+    return SHEF_ERR_INVALID;
+}

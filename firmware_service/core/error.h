@@ -59,6 +59,9 @@ void shef_keep_printable(char *text);
 /* The code's name for logs and JSON, e.g. "not_found". Never NULL. */
 const char *shef_err_name(enum shef_err code);
 
+/* The other way round; SHEF_ERR_INVALID for a name that is none. */
+enum shef_err shef_err_of_name(const char *name);
+
 #ifdef __cplusplus
 }
 #endif

@@ -12,7 +12,7 @@
 #include "core/cpu.h"
 #include "core/memory.h"
 #include "core/png_io.h"
-#include "record/recording.h"
+#include "core/words.h"
 #include "service/kernels.h"
 #include "service/picture.h"
 #include "service/recording_list.h"
@@ -73,6 +73,15 @@ static enum shef_err answer_graph(void *context, const json_t *arguments, json_t
     return code;
 }
 
+static enum shef_err fail_mode(const char *name, struct shef_error *err)
+{
+    char hint[SHEF_WORDS_HINT_BYTES];
+
+    shef_words_hint(SHEF_DEPTH_MODE_CHOICES, name, hint);
+    return shef_fail(err, SHEF_ERR_INVALID, "mode '%s' is none of %s%s", name,
+                     SHEF_DEPTH_MODE_CHOICES, hint);
+}
+
 static enum shef_err answer_mode(void *context, const json_t *arguments, json_t *answer,
                                  struct shef_error *err)
 {
@@ -86,8 +95,7 @@ static enum shef_err answer_mode(void *context, const json_t *arguments, json_t 
         if (code != SHEF_OK)
             return code;
         if (shef_live_mode_of(name) == SHEF_DEPTH_N_MODES)
-            return shef_fail(err, SHEF_ERR_INVALID, "mode '%s': there are %s", name,
-                             SHEF_DEPTH_MODE_CHOICES);
+            return fail_mode(name, err);
         snprintf(service->config.depth.mode, sizeof service->config.depth.mode, "%s", name);
         shef_live_apply(&service->live, &service->config);
     }
@@ -181,15 +189,13 @@ static enum shef_err answer_play(void *context, const json_t *arguments, json_t 
 {
     struct shef_service *service = context;
     struct shef_config config = service->config;
-    struct shef_recording recording;
     enum shef_err code = read_play(arguments, &config, err);
 
-    /* A wrong path is no reason to stop what plays; the rest shows only when it is opened. */
+    /* What is playing goes on if this cannot be played. */
     if (code == SHEF_OK)
-        code = shef_recording_inspect(config.source.recording, &recording, err);
+        code = shef_source_check(config.source.recording, config.calibration.file, err);
     if (code != SHEF_OK)
         return code;
-    shef_recording_free(&recording);
     shef_service_end_playback(service);
     service->playing = config;
     code = shef_service_play(service, err);
@@ -213,6 +219,22 @@ static enum shef_err answer_stop(void *context, const json_t *arguments, json_t 
 
 /* ---- recording -------------------------------------------------------------------------- */
 
+/* A folder's name that neither hides, nor leads elsewhere, nor looks like an option or disturbs a
+ * terminal when somebody lists it. */
+static enum shef_err check_name(const char *name, struct shef_error *err)
+{
+    char printable[SHEF_CONFIG_NAME_BYTES];
+
+    snprintf(printable, sizeof printable, "%s", name);
+    shef_keep_printable(printable);
+    if (!strchr(".- ", name[0]) && !strchr(name, '/') && strcmp(printable, name) == 0)
+        return SHEF_OK;
+    return shef_fail(err, SHEF_ERR_INVALID,
+                     "record start '%s': a name may not begin with a dot, a dash or a blank, nor "
+                     "hold a slash or a control character",
+                     name);
+}
+
 static enum shef_err choose_folder(const struct shef_service *service, const json_t *arguments,
                                    char *out_folder, size_t n_bytes, struct shef_error *err)
 {
@@ -222,14 +244,13 @@ static enum shef_err choose_folder(const struct shef_service *service, const jso
     int n;
 
     if (json_object_get(arguments, "name")) {
-        const enum shef_err code = shef_control_text(arguments, "name", name, sizeof name, err);
+        enum shef_err code = shef_control_text(arguments, "name", name, sizeof name, err);
 
         if (code != SHEF_OK)
             return code;
-        if (name[0] == '.' || strchr(name, '/'))
-            return shef_fail(err, SHEF_ERR_INVALID,
-                             "record start '%s': a name may not begin with a dot or hold a slash",
-                             name);
+        code = check_name(name, err);
+        if (code != SHEF_OK)
+            return code;
     } else {
         gmtime_r(&now, &utc);
         strftime(name, sizeof name, "%Y%m%dT%H%M%SZ", &utc);
@@ -297,11 +318,11 @@ const struct shef_control_command shef_service_commands[] = {
     { "top", "shows rates, latencies and backlog of the last second", answer_top },
     { "graph", "lists threads and rings as they are now", answer_graph },
     { "kernels", "lists the implementations picked for this processor", answer_kernels },
-    { "mode", "says or sets what is matched, and how", answer_mode },
+    { "mode", "says or sets what is matched, and how", answer_mode, "name" },
     { "snapshot", "gives a picture of the latest result", answer_snapshot },
-    { "play", "plays a recording", answer_play },
+    { "play", "plays a recording", answer_play, "recording|loop|pace" },
     { "stop", "stops playing", answer_stop },
-    { "record start", "begins to record", answer_record_start },
+    { "record start", "begins to record", answer_record_start, "name" },
     { "record stop", "ends the recording and gives its verdict", answer_record_stop },
     { "record list", "lists the recordings there are", answer_record_list },
 };

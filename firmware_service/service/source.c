@@ -1,8 +1,12 @@
 #include "service/source.h"
 
+#include <dirent.h>
+#include <errno.h>
+#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "core/frame.h"
@@ -14,11 +18,59 @@ static int64_t max_i64(int64_t a, int64_t b)
     return a > b ? a : b;
 }
 
+/* A name that leads nowhere, or where this user may not look, is not the same as a folder that is
+ * no recording. */
+static enum shef_err check_folder(const char *path, struct shef_error *err)
+{
+    DIR *folder = opendir(path);
+
+    if (!folder)
+        return shef_fail_os(err, errno, "play '%s'", path);
+    closedir(folder);
+    return SHEF_OK;
+}
+
+/* Truth is for comparisons, nobody plays it. */
+static bool is_played(const char *file)
+{
+    return strncmp(file, "truth/", 6) != 0;
+}
+
+/* The manifest of a closed recording knows how long its files were. */
+static void warn_of_short_files(struct shef_source *source, const struct shef_manifest *manifest)
+{
+    size_t n_short = 0;
+
+    for (size_t i = 0; i < manifest->n_files; i++) {
+        const struct shef_manifest_file *file = &manifest->files[i];
+        char path[sizeof source->path + SHEF_MANIFEST_PATH_BYTES];
+        struct stat info;
+        int64_t n_bytes = 0;
+
+        snprintf(path, sizeof path, "%s/%s", source->path, file->path);
+        if (stat(path, &info) == 0)
+            n_bytes = (int64_t)info.st_size;
+        if (!is_played(file->path) || n_bytes >= (int64_t)file->n_bytes || n_short++ > 0)
+            continue;
+        snprintf(source->warning, sizeof source->warning,
+                 "of %s %" PRId64 " of %" PRIu64 " bytes are there; what is there is played",
+                 file->path, n_bytes, file->n_bytes);
+    }
+    if (n_short > 1) {
+        const size_t used = strlen(source->warning);
+
+        snprintf(source->warning + used, sizeof source->warning - used,
+                 " (%zu files are too short or missing)", n_short);
+    }
+}
+
 static enum shef_err read_manifest(struct shef_source *source, struct shef_error *err)
 {
     struct shef_recording recording;
-    const enum shef_err code = shef_recording_inspect(source->path, &recording, err);
+    enum shef_err code = check_folder(source->path, err);
 
+    if (code == SHEF_OK)
+        code = shef_recording_inspect(source->path, &recording, err);
     if (code != SHEF_OK)
         return code;
     if (!recording.has_manifest) {
@@ -30,6 +82,8 @@ static enum shef_err read_manifest(struct shef_source *source, struct shef_error
         if (!recording.manifest.is_closed)
             snprintf(source->warning, sizeof source->warning,
                      "the recording was cut short before it was closed; what is there is played");
+        else
+            warn_of_short_files(source, &recording.manifest);
     }
     memcpy(&source->session_id, source->session, sizeof source->session_id);
     source->session_id &= INT64_MAX;
@@ -37,14 +91,19 @@ static enum shef_err read_manifest(struct shef_source *source, struct shef_error
     return SHEF_OK;
 }
 
-static enum shef_err open_events(struct shef_source *source, struct shef_error *err)
+static enum shef_err open_events(struct shef_source *source, bool with_buffers,
+                                 struct shef_error *err)
 {
     const struct shef_replay_config config = {
         .pace = SHEF_REPLAY_FAST,
-        .n_buffers = SHEF_RING_EVENTS + SHEF_RING_RECORD_EVENTS / 4,
+        .n_buffers = !with_buffers ? 1 : SHEF_RING_EVENTS + SHEF_RING_RECORD_EVENTS / 4,
     };
     enum shef_err code = shef_replay_create(source->path, &config, &source->events, err);
 
+    if (code == SHEF_ERR_NOT_FOUND)
+        return shef_fail(err, code,
+                         "play '%s': it holds no events, without which there is no depth",
+                         source->path);
     if (code == SHEF_OK)
         code = shef_recorded_clock_read(source->path, &source->clock, err);
     if (code == SHEF_OK && !source->clock.is_known)
@@ -54,7 +113,8 @@ static enum shef_err open_events(struct shef_source *source, struct shef_error *
     return code;
 }
 
-static enum shef_err open_frames(struct shef_source *source, struct shef_error *err)
+static enum shef_err open_frames(struct shef_source *source, bool with_buffers,
+                                 struct shef_error *err)
 {
     const enum shef_err code = shef_recorded_frames_open(source->path, &source->frames, err);
 
@@ -65,6 +125,8 @@ static enum shef_err open_frames(struct shef_source *source, struct shef_error *
     if (code != SHEF_OK)
         return code;
     source->n_frames = shef_recorded_frames_count(source->frames);
+    if (!with_buffers)
+        return SHEF_OK;
     source->frame_pool =
         shef_pool_create(SHEF_SOURCE_FRAMES, shef_recorded_frames_max_bytes(source->frames), err);
     return source->frame_pool ? SHEF_OK : SHEF_ERR_NO_MEMORY;
@@ -77,7 +139,9 @@ static enum shef_err read_calibration(struct shef_source *source, const char *pa
 
     if (*path) {
         snprintf(own, sizeof source->calibration_path, "%s", path);
-        return shef_calibration_read(path, &source->calibration, err);
+        return shef_calibration_read(path, &source->calibration, err) == SHEF_OK
+                   ? SHEF_OK
+                   : shef_fail_context(err, "calibration.file");
     }
     snprintf(own, sizeof source->calibration_path, "%s/calibration.yaml", source->path);
     if (access(own, F_OK) != 0)
@@ -158,8 +222,8 @@ static void measure(struct shef_source *source)
         (source->pass_ns / period_ns + 3) * period_ns / SHEF_NS_PER_US * SHEF_NS_PER_US;
 }
 
-enum shef_err shef_source_open(const char *path, const char *calibration_path,
-                               struct shef_source **out_source, struct shef_error *err)
+static enum shef_err open_source(const char *path, const char *calibration_path, bool with_buffers,
+                                 struct shef_source **out_source, struct shef_error *err)
 {
     struct shef_source *source = calloc(1, sizeof *source);
     enum shef_err code;
@@ -169,9 +233,9 @@ enum shef_err shef_source_open(const char *path, const char *calibration_path,
     snprintf(source->path, sizeof source->path, "%s", path);
     code = read_manifest(source, err);
     if (code == SHEF_OK)
-        code = open_events(source, err);
+        code = open_events(source, with_buffers, err);
     if (code == SHEF_OK)
-        code = open_frames(source, err);
+        code = open_frames(source, with_buffers, err);
     if (code == SHEF_OK)
         code = read_calibration(source, calibration_path, err);
     if (code == SHEF_OK)
@@ -190,6 +254,22 @@ enum shef_err shef_source_open(const char *path, const char *calibration_path,
     measure(source);
     *out_source = source;
     return SHEF_OK;
+}
+
+enum shef_err shef_source_open(const char *path, const char *calibration_path,
+                               struct shef_source **out_source, struct shef_error *err)
+{
+    return open_source(path, calibration_path, true, out_source, err);
+}
+
+enum shef_err shef_source_check(const char *path, const char *calibration_path,
+                                struct shef_error *err)
+{
+    struct shef_source *source = NULL;
+    const enum shef_err code = open_source(path, calibration_path, false, &source, err);
+
+    shef_source_close(source);
+    return code;
 }
 
 void shef_source_close(struct shef_source *source)

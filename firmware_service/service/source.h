@@ -68,6 +68,11 @@ SHEF_MUST_CHECK enum shef_err shef_source_open(const char *path, const char *cal
                                                struct shef_source **out_source,
                                                struct shef_error *err);
 
+/* Whether open() would succeed, but for its memory: opens and closes without its buffers. For who
+ * must not stop what is playing for something that cannot be played. */
+SHEF_MUST_CHECK enum shef_err shef_source_check(const char *path, const char *calibration_path,
+                                                struct shef_error *err);
+
 /* Every buffer must have been given back. NULL is allowed. */
 void shef_source_close(struct shef_source *source);
 

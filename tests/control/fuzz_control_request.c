@@ -32,13 +32,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t n_bytes)
     if (shef_control_request_parse((const char *)bytes, n_bytes, &request, &err) != SHEF_OK) {
         if (request.arguments || err.code == SHEF_OK || !err.text[0])
             abort();
-        expect_line(shef_control_refusal(&err));
+        expect_line(shef_control_refusal(&err, false));
         return 0;
     }
     if (strlen(request.command) >= SHEF_CONTROL_NAME_BYTES || !json_is_object(request.arguments))
         abort();
     if (shef_control_text(request.arguments, "name", text, sizeof text, &err) != SHEF_OK)
-        expect_line(shef_control_refusal(&err));
+        expect_line(shef_control_refusal(&err, false));
     expect_line(shef_control_answer(request.arguments));
     json_decref(request.arguments);
     return 0;

@@ -82,10 +82,13 @@ static void test_a_refusal_names_its_class_and_its_sentence(void)
     char *line;
 
     (void)shef_fail(&err, SHEF_ERR_NOT_FOUND, "there is no recording '%s'", "/x");
-    line = shef_control_refusal(&err);
+    line = shef_control_refusal(&err, false);
     TEST_ASSERT_EQUAL_STRING("{\"ok\":false,\"error\":{\"code\":\"not_found\",\"text\":\"there is "
-                             "no recording '/x'\"}}\n",
+                             "no recording '/x'\",\"closes\":false}}\n",
                              line);
+    free(line);
+    line = shef_control_refusal(&err, true);
+    TEST_ASSERT_NOT_NULL(strstr(line, "\"closes\":true"));
     free(line);
 }
 

@@ -55,7 +55,7 @@ static enum shef_err answer_big(void *context, const json_t *arguments, json_t *
 }
 
 static const struct shef_control_command commands[] = {
-    { "echo", "says what it hears", echo },
+    { "echo", "says what it hears", echo, "text|tone" },
     { "big", "says a lot", answer_big },
 };
 
@@ -163,7 +163,7 @@ static void test_a_handlers_sentence_reaches_the_client(void)
 
     say(fd, "{\"command\":\"echo\"}\n");
     TEST_ASSERT_EQUAL_STRING("{\"ok\":false,\"error\":{\"code\":\"invalid\",\"text\":\"the "
-                             "argument 'text' is missing\"}}\n",
+                             "argument 'text' is missing\",\"closes\":false}}\n",
                              heard(fd));
     TEST_ASSERT_FALSE(is_dropped(fd));
     close(fd);
@@ -177,6 +177,36 @@ static void test_an_unknown_command_is_refused_and_help_lists_the_known(void)
     TEST_ASSERT_NOT_NULL(strstr(heard(fd), "there is no command 'dance'"));
     say(fd, "{\"command\":\"help\"}\n");
     TEST_ASSERT_NOT_NULL(strstr(heard(fd), "{\"name\":\"echo\",\"help\":\"says what it hears\"}"));
+    close(fd);
+}
+
+static void test_an_argument_that_the_command_does_not_know_is_refused(void)
+{
+    const int fd = connect_now();
+
+    say(fd, "{\"command\":\"echo\",\"arguments\":{\"text\":\"a\",\"txet\":\"b\"}}\n");
+    TEST_ASSERT_NOT_NULL(
+        strstr(heard(fd), "echo: there is no argument 'txet'; it takes text|tone"));
+    say(fd, "{\"command\":\"big\",\"arguments\":{\"x\":1}}\n");
+    TEST_ASSERT_NOT_NULL(strstr(heard(fd), "big: there is no argument 'x'; it takes none"));
+    TEST_ASSERT_EQUAL_INT(0, n_calls);
+    TEST_ASSERT_FALSE(is_dropped(fd));
+    close(fd);
+}
+
+static void test_a_request_without_its_newline_is_named_when_nothing_follows(void)
+{
+    const int fd = connect_now();
+
+    say(fd, "{\"command\":\"echo\"}");
+    TEST_ASSERT_EQUAL_STRING("", heard(fd));
+    TEST_ASSERT_EQUAL_INT(0, shutdown(fd, SHUT_WR));
+    turn();
+    TEST_ASSERT_NOT_NULL(
+        strstr(heard(fd), "the request has no end: 18 bytes came, but no newline behind them"));
+    TEST_ASSERT_TRUE(is_dropped(fd));
+    TEST_ASSERT_EQUAL_INT(0, n_calls);
+    TEST_ASSERT_EQUAL_INT(0, shef_control_client_count(control));
     close(fd);
 }
 
@@ -300,6 +330,21 @@ static void test_a_silent_client_is_dropped_after_the_time_out(void)
     close(busy);
 }
 
+static void test_a_client_that_sends_a_byte_now_and_then_is_dropped_too(void)
+{
+    const int fd = connect_now();
+
+    for (int i = 0; i <= TIMEOUT_S; i++) {
+        TEST_ASSERT_EQUAL_INT(1, shef_control_client_count(control));
+        say(fd, " ");
+        shef_manual_clock_advance(&manual, SHEF_NS_PER_S);
+        shef_control_expire(control);
+    }
+    TEST_ASSERT_EQUAL_INT(0, shef_control_client_count(control));
+    TEST_ASSERT_TRUE(is_dropped(fd));
+    close(fd);
+}
+
 static void test_a_client_that_does_not_read_holds_up_nobody_and_is_dropped(void)
 {
     const int slow = connect_now();
@@ -406,6 +451,8 @@ int main(void)
     RUN_TEST(test_a_request_may_come_in_pieces_and_several_at_once);
     RUN_TEST(test_a_handlers_sentence_reaches_the_client);
     RUN_TEST(test_an_unknown_command_is_refused_and_help_lists_the_known);
+    RUN_TEST(test_an_argument_that_the_command_does_not_know_is_refused);
+    RUN_TEST(test_a_request_without_its_newline_is_named_when_nothing_follows);
     RUN_TEST(test_garbage_is_refused_and_the_sender_dropped);
     RUN_TEST(test_random_bytes_harm_nobody);
     RUN_TEST(test_a_request_without_end_is_refused_at_the_limit);
@@ -413,6 +460,7 @@ int main(void)
     RUN_TEST(test_the_same_number_of_requests_over_time_is_fine);
     RUN_TEST(test_one_client_too_many_is_told_so);
     RUN_TEST(test_a_silent_client_is_dropped_after_the_time_out);
+    RUN_TEST(test_a_client_that_sends_a_byte_now_and_then_is_dropped_too);
     RUN_TEST(test_a_client_that_does_not_read_holds_up_nobody_and_is_dropped);
     RUN_TEST(test_a_long_answer_arrives_whole);
     RUN_TEST(test_a_foreign_user_is_refused_even_where_the_file_is_open_to_all);

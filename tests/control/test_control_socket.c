@@ -53,6 +53,9 @@ static void test_an_open_socket_takes_connections_and_leaves_nothing(void)
     TEST_ASSERT_EQUAL_MESSAGE(SHEF_OK, open_at(path, &first), err.text);
     TEST_ASSERT_EQUAL_INT(0, stat(path, &info));
     TEST_ASSERT_EQUAL_INT(0660, info.st_mode & 0777);
+    /* Who could open it could hold it when this service has died. */
+    TEST_ASSERT_EQUAL_INT(0, stat(shef_test_temp_path("s.lock"), &info));
+    TEST_ASSERT_EQUAL_INT(0600, info.st_mode & 0777);
     fd = connect_to(path);
     TEST_ASSERT_GREATER_OR_EQUAL_INT(0, fd);
     close(fd);
@@ -94,6 +97,35 @@ static void test_a_socket_left_by_a_dead_service_is_replaced(void)
     fd = connect_to(path);
     TEST_ASSERT_GREATER_OR_EQUAL_INT(0, fd);
     close(fd);
+}
+
+static int try_as_nobody(const char *path)
+{
+    char user[32];
+
+    snprintf(user, sizeof user, "belongs to user %u", (unsigned)geteuid());
+    if (setuid(65534) != 0)
+        return 2;
+    if (open_at(path, &second) != SHEF_ERR_FULL)
+        return 3;
+    return strstr(err.text, user) && strstr(err.text, "control.socket of its own") ? 0 : 4;
+}
+
+static void test_the_lock_of_another_user_is_named(void)
+{
+    const char *path = shef_test_temp_path("s");
+    int status;
+    pid_t pid;
+
+    if (geteuid() != 0)
+        TEST_IGNORE_MESSAGE("only root can try to be somebody else");
+    TEST_ASSERT_EQUAL_INT(0, chmod(shef_test_temp_folder(), 01777));
+    TEST_ASSERT_EQUAL(SHEF_OK, open_at(path, &first));
+    pid = fork();
+    if (pid == 0)
+        _exit(try_as_nobody(path));
+    TEST_ASSERT_EQUAL_INT(pid, waitpid(pid, &status, 0));
+    TEST_ASSERT_EQUAL_INT(0, WEXITSTATUS(status));
 }
 
 static void test_something_else_at_the_path_is_kept(void)
@@ -188,6 +220,7 @@ int main(void)
     RUN_TEST(test_an_open_socket_takes_connections_and_leaves_nothing);
     RUN_TEST(test_a_second_service_is_refused_and_the_first_goes_on);
     RUN_TEST(test_a_socket_left_by_a_dead_service_is_replaced);
+    RUN_TEST(test_the_lock_of_another_user_is_named);
     RUN_TEST(test_something_else_at_the_path_is_kept);
     RUN_TEST(test_a_folder_that_is_not_there_or_not_writable_is_one_sentence);
     RUN_TEST(test_a_path_too_long_for_a_socket_is_refused);

@@ -87,8 +87,8 @@ static enum shef_err decline_mode(void *context, const json_t *arguments, json_t
 static const struct shef_control_command commands[] = {
     { "snapshot", "", answer_snapshot },
     { "top", "", answer_top },
-    { "play", "", take_play },
-    { "mode", "", decline_mode },
+    { "play", "", take_play, "recording|loop|pace" },
+    { "mode", "", decline_mode, "name" },
 };
 
 static const struct shef_control_command broken_commands[] = {

@@ -77,8 +77,12 @@ static void test_what_a_file_says_cannot_break_the_line(void)
     (void)shef_fail(&err, SHEF_ERR_FORMAT, "kind '%s'", "a\nb\x1b[2J\x7f\t\xc3\xa9");
     TEST_ASSERT_EQUAL_STRING("kind 'a?b?[2J??\xc3\xa9'", err.text);
     /* A control character of two bytes begins a command for a terminal as well. */
-    (void)shef_fail(&err, SHEF_ERR_INVALID, "kind '%s'", "\xc2\x9b" "2J\xc2\xa0");
-    TEST_ASSERT_EQUAL_STRING("kind '?" "?2J\xc2\xa0'", err.text);
+    (void)shef_fail(&err, SHEF_ERR_INVALID, "kind '%s'",
+                    "\xc2\x9b"
+                    "2J\xc2\xa0");
+    TEST_ASSERT_EQUAL_STRING("kind '?"
+                             "?2J\xc2\xa0'",
+                             err.text);
     (void)shef_fail_os(&err, ENOENT, "open 'a\nb'");
     TEST_ASSERT_NULL(strchr(err.text, '\n'));
     (void)shef_fail_context(&err, "read\r");
@@ -96,6 +100,13 @@ static void test_every_code_has_a_name_of_its_own(void)
     TEST_ASSERT_EQUAL_STRING("unknown", shef_err_name((enum shef_err)999));
 }
 
+static void test_a_name_leads_back_to_its_code(void)
+{
+    for (int code = SHEF_OK; code <= SHEF_ERR_UNSUPPORTED; code++)
+        TEST_ASSERT_EQUAL_INT(code, shef_err_of_name(shef_err_name((enum shef_err)code)));
+    TEST_ASSERT_EQUAL(SHEF_ERR_INVALID, shef_err_of_name("unheard of"));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -106,5 +117,6 @@ int main(void)
     RUN_TEST(test_long_sentences_are_cut_at_the_end);
     RUN_TEST(test_what_a_file_says_cannot_break_the_line);
     RUN_TEST(test_every_code_has_a_name_of_its_own);
+    RUN_TEST(test_a_name_leads_back_to_its_code);
     return UNITY_END();
 }

@@ -9,6 +9,7 @@
 #include "calib/calibration.h"
 #include "core/base64.h"
 #include "core/clock.h"
+#include "core/file.h"
 #include "played.h"
 #include "support/support.h"
 
@@ -95,7 +96,7 @@ static void test_the_mode_changes_while_it_plays(void)
         usleep(1000);
     }
     TEST_ASSERT_EQUAL_STRING(
-        "mode 'fastest': there are paper-ds|paper-dp|unsigned|ternary|graded|temporal|combined",
+        "mode 'fastest' is none of paper-ds|paper-dp|unsigned|ternary|graded|temporal|combined",
         played_refusal(service, "mode", "{\"name\": \"fastest\"}"));
     end(service);
 }
@@ -217,7 +218,63 @@ static void test_mistakes_are_one_sentence_and_harm_nothing(void)
     json_decref(played_ask(service, "play", play_words(played_recording(), "")));
     TEST_ASSERT_NOT_NULL(
         strstr(played_refusal(service, "record start", "{\"name\": \"../x\"}"), "hold a slash"));
+    TEST_ASSERT_NOT_NULL(
+        strstr(played_refusal(service, "record start", "{\"name\": \"a\\nb\"}"), "control char"));
+    TEST_ASSERT_NOT_NULL(
+        strstr(played_refusal(service, "record start", "{\"name\": \"-rf\"}"), "a dash"));
+    TEST_ASSERT_NOT_NULL(strstr(played_refusal(service, "mode", "{\"name\": \"gradde\"}"),
+                                "mode 'gradde' is none of"));
+    TEST_ASSERT_NOT_NULL(
+        strstr(played_refusal(service, "mode", "{\"name\": \"gradde\"}"), "is 'graded' meant?"));
     expect_state(service, "playing");
+    end(service);
+}
+
+static void test_what_plays_goes_on_when_something_else_cannot_be_played(void)
+{
+    struct shef_service *service = start_idle();
+    const struct shef_playback *before;
+    const char *file = shef_test_temp_path("file");
+    const char *empty = shef_test_temp_path("empty");
+
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_file_replace(file, "x", 1, NULL));
+    TEST_ASSERT_EQUAL_INT(0, mkdir(empty, 0700));
+    json_decref(played_ask(service, "play", play_words(played_recording(), ", \"loop\": true")));
+    before = service->playback;
+    TEST_ASSERT_NOT_NULL(strstr(played_refusal(service, "play", play_words("/no/such", "")),
+                                "play '/no/such': No such file or directory"));
+    TEST_ASSERT_NOT_NULL(
+        strstr(played_refusal(service, "play", play_words(file, "")), "Not a directory"));
+    TEST_ASSERT_NOT_NULL(
+        strstr(played_refusal(service, "play", play_words(empty, "")), "is not a recording"));
+    TEST_ASSERT_EQUAL_PTR(before, service->playback);
+    expect_state(service, "playing");
+    end(service);
+}
+
+static void test_files_shorter_than_the_manifest_says_are_named(void)
+{
+    struct shef_config config = played_config();
+    struct shef_service *service;
+    char command[4096];
+    char folder[512];
+    json_t *status;
+    const char *warning;
+
+    snprintf(folder, sizeof folder, "%s", shef_test_temp_path("short"));
+    snprintf(command, sizeof command,
+             "cp -a '%s' '%s' && cd '%s' && truncate -s 5000000 events/000000.raw && "
+             "rm -r triggers truth",
+             played_recording(), folder, folder);
+    TEST_ASSERT_EQUAL_INT(0, system(command));
+    snprintf(config.source.recording, sizeof config.source.recording, "%s", folder);
+    service = played_start(&config);
+    status = played_ask(service, "status", NULL);
+    warning = json_string_value(json_array_get(json_object_get(status, "warnings"), 0));
+    TEST_ASSERT_NOT_NULL(warning);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(warning, "of events/000000.raw 5000000 of "), warning);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(warning, "(3 files are too short or missing)"), warning);
+    json_decref(status);
     end(service);
 }
 
@@ -297,6 +354,8 @@ int main(void)
     RUN_TEST(test_a_missing_folder_for_recordings_is_named_with_its_setting);
     RUN_TEST(test_threads_that_have_ended_use_no_processor);
     RUN_TEST(test_mistakes_are_one_sentence_and_harm_nothing);
+    RUN_TEST(test_what_plays_goes_on_when_something_else_cannot_be_played);
+    RUN_TEST(test_files_shorter_than_the_manifest_says_are_named);
     RUN_TEST(test_a_calibration_that_is_missing_or_of_another_size_is_named);
     RUN_TEST(test_a_recording_cut_short_is_played_and_named);
     return UNITY_END();

@@ -77,10 +77,19 @@ static void expect_status(enum shef_ctl_status status, const char *says, const c
 static void test_refusals_have_their_classes(void)
 {
     expect_status(SHEF_CTL_REFUSED,
-                  "{\"ok\":false,\"error\":{\"code\":\"permission\",\"text\":\"not you\"}}\n",
+                  "{\"ok\":false,\"error\":{\"code\":\"permission\",\"text\":\"not you\","
+                  "\"closes\":true}}\n",
                   "not you");
-    expect_status(SHEF_CTL_REFUSED,
-                  "{\"ok\":false,\"error\":{\"code\":\"full\",\"text\":\"later\"}}\n", "later");
+    TEST_ASSERT_EQUAL(SHEF_ERR_PERMISSION, err.code);
+    expect_status(
+        SHEF_CTL_REFUSED,
+        "{\"ok\":false,\"error\":{\"code\":\"full\",\"text\":\"later\",\"closes\":true}}\n",
+        "later");
+    /* What was asked for failed; who asked is welcome. */
+    expect_status(SHEF_CTL_FAILED,
+                  "{\"ok\":false,\"error\":{\"code\":\"permission\",\"text\":\"play '/x'\","
+                  "\"closes\":false}}\n",
+                  "play '/x'");
     expect_status(SHEF_CTL_FAILED, "{\"ok\":false,\"error\":{\"code\":\"io\",\"text\":\"disk\"}}\n",
                   "disk");
 }

@@ -129,9 +129,11 @@ static enum shef_ctl_status take_refusal(const json_t *root, struct shef_error *
         (void)shef_fail(err, SHEF_ERR_FORMAT, "this is no answer of shefd; is it another program?");
         return SHEF_CTL_FAILED;
     }
-    (void)shef_fail(err, SHEF_ERR_INVALID, "%s", text);
-    return strcmp(code, "permission") == 0 || strcmp(code, "full") == 0 ? SHEF_CTL_REFUSED
-                                                                        : SHEF_CTL_FAILED;
+    (void)shef_fail(err, shef_err_of_name(code), "%s", text);
+    return json_is_true(json_object_get(error, "closes")) &&
+                   (err->code == SHEF_ERR_PERMISSION || err->code == SHEF_ERR_FULL)
+               ? SHEF_CTL_REFUSED
+               : SHEF_CTL_FAILED;
 }
 
 enum shef_ctl_status shef_ctl_ask(const char *socket_path, const char *command, json_t *arguments,
