@@ -1,18 +1,15 @@
 /* A disk that refuses: what was written stays readable, and one sentence says what happened. */
 #include <errno.h>
-#include <sched.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mount.h>
 #include <sys/resource.h>
-#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "recordings.h"
-#include "support/namespaces.h"
+#include "support/small_disk.h"
 
 static struct shef_test_random random_source;
 static struct sensor_stream stream;
@@ -22,16 +19,9 @@ void tearDown(void)
     sensor_stream_free(&stream);
 }
 
-/* Records until something fails, closes, and reads back. Runs in a child; ends it with 0 if all
- * is as promised, else with the number of the line that found it otherwise. */
-#define EXPECT(condition)                                                                          \
-    do {                                                                                           \
-        if (!(condition)) {                                                                        \
-            fprintf(stderr, "line %d: %s (%s)\n", __LINE__, #condition, err.text);                 \
-            _exit(1);                                                                              \
-        }                                                                                          \
-    } while (0)
+#define EXPECT(condition) SHEF_TEST_CHILD_EXPECT(condition, err)
 
+/* Records until something fails, closes, and reads back. Ends the child. */
 static void record_until_refused(const char *folder, enum shef_err expected_code,
                                  const char *expected_word)
 {
@@ -108,33 +98,15 @@ static void test_a_file_that_may_not_grow_ends_the_recording_in_order(void)
     TEST_ASSERT_EQUAL_INT(0, WEXITSTATUS(status));
 }
 
-#define NO_MOUNT 77
+static void fill_the_disk(const char *folder)
+{
+    record_until_refused(folder, SHEF_ERR_NO_SPACE, "No space left on device");
+}
 
 static void test_a_full_disk_ends_the_recording_in_order(void)
 {
-    char folder[4200];
-    char mount_point[4200];
-    int status;
-
     make_stream();
-    snprintf(mount_point, sizeof mount_point, "%s", shef_test_temp_path("disk"));
-    TEST_ASSERT_EQUAL_INT(0, mkdir(mount_point, 0777));
-    snprintf(folder, sizeof folder, "%s", shef_test_temp_path("disk/recording"));
-
-    const pid_t pid = fork();
-
-    TEST_ASSERT_TRUE(pid >= 0);
-    if (pid == 0) {
-        if (!shef_test_enter_namespaces(CLONE_NEWNS) ||
-            mount("none", mount_point, "tmpfs", 0, "size=2m") != 0)
-            _exit(NO_MOUNT);
-        record_until_refused(folder, SHEF_ERR_NO_SPACE, "No space left on device");
-    }
-    TEST_ASSERT_EQUAL_INT(pid, waitpid(pid, &status, 0));
-    TEST_ASSERT_TRUE(WIFEXITED(status));
-    if (WEXITSTATUS(status) == NO_MOUNT)
-        TEST_IGNORE_MESSAGE("this user may not mount a small file system to fill");
-    TEST_ASSERT_EQUAL_INT(0, WEXITSTATUS(status));
+    shef_test_on_small_disk("disk", "2m", fill_the_disk);
 }
 
 int main(void)

@@ -1,12 +1,6 @@
 /* A disk that is full: frames and poses end in order, and truth that is not whole is none. */
-#include <sched.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mount.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include "core/memory.h"
 #include "record/frame_recorder.h"
@@ -15,22 +9,14 @@
 #include "record/recorded_poses.h"
 #include "record/recorded_truth.h"
 #include "record/truth_writer.h"
-#include "support/namespaces.h"
+#include "support/small_disk.h"
 #include "support/support.h"
 
-#define SIDE_PX  128
-#define NO_MOUNT 77
+#define SIDE_PX 128
 
 static struct shef_error err;
 
-/* For the child, which cannot use Unity: it ends with 1 and the line that found it otherwise. */
-#define EXPECT(condition)                                                                          \
-    do {                                                                                           \
-        if (!(condition)) {                                                                        \
-            fprintf(stderr, "line %d: %s (%s)\n", __LINE__, #condition, err.text);                 \
-            _exit(1);                                                                              \
-        }                                                                                          \
-    } while (0)
+#define EXPECT(condition) SHEF_TEST_CHILD_EXPECT(condition, err)
 
 /* Returns how many frames were recorded before the disk was full. */
 static uint32_t fill_with_frames(struct shef_recording_writer *recording)
@@ -118,7 +104,6 @@ static void record_frames(const char *folder)
         n_read++;
     EXPECT(n_read == n_recorded);
     EXPECT(shef_recorded_frames_note(frames, 0) == NULL);
-    _exit(0);
 }
 
 static void record_poses(const char *folder)
@@ -138,7 +123,6 @@ static void record_poses(const char *folder)
         n_read++;
     EXPECT(n_read == n_recorded);
     EXPECT(shef_recorded_poses_note(poses, 0) == NULL);
-    _exit(0);
 }
 
 static void write_truth(const char *folder)
@@ -165,7 +149,6 @@ static void write_truth(const char *folder)
     close_and_expect_stopped(&recording, folder);
     EXPECT(shef_recorded_truth_open(folder, &truth, &err) == SHEF_ERR_NOT_FOUND);
     EXPECT(strstr(err.text, "not written to its end") != NULL);
-    _exit(0);
 }
 
 /* Tables are buffered: what does not fit may show only when they are closed. */
@@ -187,54 +170,26 @@ static void write_truth_tables(const char *folder)
     EXPECT(shef_truth_writer_stop(writer, &err) == SHEF_OK);
     close_and_expect_stopped(&recording, folder);
     EXPECT(shef_recorded_truth_open(folder, &truth, &err) == SHEF_ERR_NOT_FOUND);
-    _exit(0);
-}
-
-/* Runs a child on a file system of 2 MiB. */
-static void on_small_disk(const char *name, void run(const char *folder))
-{
-    char folder[4300];
-    char mount_point[4200];
-    int status;
-
-    snprintf(mount_point, sizeof mount_point, "%s", shef_test_temp_path(name));
-    snprintf(folder, sizeof folder, "%s/recording", mount_point);
-    TEST_ASSERT_EQUAL_INT(0, mkdir(mount_point, 0777));
-
-    const pid_t pid = fork();
-
-    TEST_ASSERT_TRUE(pid >= 0);
-    if (pid == 0) {
-        if (!shef_test_enter_namespaces(CLONE_NEWNS) ||
-            mount("none", mount_point, "tmpfs", 0, "size=2m") != 0)
-            _exit(NO_MOUNT);
-        run(folder);
-    }
-    TEST_ASSERT_EQUAL_INT(pid, waitpid(pid, &status, 0));
-    TEST_ASSERT_TRUE(WIFEXITED(status));
-    if (WEXITSTATUS(status) == NO_MOUNT)
-        TEST_IGNORE_MESSAGE("this user may not mount a small file system to fill");
-    TEST_ASSERT_EQUAL_INT(0, WEXITSTATUS(status));
 }
 
 static void test_frames_end_in_order(void)
 {
-    on_small_disk("frames", record_frames);
+    shef_test_on_small_disk("frames", "2m", record_frames);
 }
 
 static void test_poses_end_in_order(void)
 {
-    on_small_disk("poses", record_poses);
+    shef_test_on_small_disk("poses", "2m", record_poses);
 }
 
 static void test_maps_that_do_not_fit_leave_no_truth(void)
 {
-    on_small_disk("maps", write_truth);
+    shef_test_on_small_disk("maps", "2m", write_truth);
 }
 
 static void test_tables_that_do_not_fit_leave_no_truth(void)
 {
-    on_small_disk("tables", write_truth_tables);
+    shef_test_on_small_disk("tables", "2m", write_truth_tables);
 }
 
 int main(void)

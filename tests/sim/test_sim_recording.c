@@ -2,14 +2,11 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <math.h>
-#include <sched.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mount.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "core/cpu.h"
@@ -21,7 +18,7 @@
 #include "record/recorded_triggers.h"
 #include "record/recorded_truth.h"
 #include "small_rig.h"
-#include "support/namespaces.h"
+#include "support/small_disk.h"
 #include "support/support.h"
 
 enum { MAX_TRIGGERS = 64, N_FRAMES = 5 };
@@ -343,48 +340,27 @@ static void test_a_stopped_rendering_leaves_nothing(void)
     TEST_ASSERT_EQUAL_INT(n_entries, shef_test_temp_count());
 }
 
-#define NO_MOUNT 77
+#define EXPECT(condition) SHEF_TEST_CHILD_EXPECT(condition, err)
+
+static void render_until_refused(const char *out)
+{
+    const struct sim_rig_settings settings = small_rig_settings();
+    const struct sim_rig_render_config config = { .out = out, .truth_every = 1 };
+    struct sim_rig_report ignored;
+    struct sim_rig *rig;
+    struct shef_error err = { .text = "" };
+
+    EXPECT(sim_rig_create(&rig, &settings, shef_cpu_features(), NULL, &err) == SHEF_OK);
+    EXPECT(sim_rig_render(rig, &config, &ignored, &err) == SHEF_ERR_NO_SPACE);
+    /* Only an empty folder can be removed. */
+    EXPECT(mkdir(out, 0777) == 0 && rmdir(out) == 0);
+    EXPECT(strstr(err.text, out) && !strstr(err.text, ".part-"));
+    EXPECT(strstr(err.text, "the disk is full") && strstr(err.text, "nothing of it was kept"));
+}
 
 static void test_a_full_disk_leaves_nothing_and_says_so(void)
 {
-    const struct sim_rig_settings settings = small_rig_settings();
-    char mount_point[4200];
-    char out[4300];
-    int status;
-
-    snprintf(mount_point, sizeof mount_point, "%s", shef_test_temp_path("disk"));
-    snprintf(out, sizeof out, "%s/recording", mount_point);
-    TEST_ASSERT_EQUAL_INT(0, mkdir(mount_point, 0777));
-
-    const pid_t pid = fork();
-
-    TEST_ASSERT_TRUE(pid >= 0);
-    if (pid == 0) {
-        const struct sim_rig_render_config config = { .out = out, .truth_every = 1 };
-        struct sim_rig_report ignored;
-        struct sim_rig *rig;
-        struct shef_error err;
-
-        if (!shef_test_enter_namespaces(CLONE_NEWNS) ||
-            mount("none", mount_point, "tmpfs", 0, "size=6m") != 0)
-            _exit(NO_MOUNT);
-        if (sim_rig_create(&rig, &settings, shef_cpu_features(), NULL, &err) != SHEF_OK)
-            _exit(1);
-        if (sim_rig_render(rig, &config, &ignored, &err) != SHEF_ERR_NO_SPACE)
-            _exit(2);
-        /* Only an empty folder can be removed. */
-        if (mkdir(out, 0777) != 0 || rmdir(out) != 0)
-            _exit(3);
-        _exit(strstr(err.text, out) && strstr(err.text, "the disk is full") &&
-                      strstr(err.text, "nothing of it was kept") && !strstr(err.text, ".part-")
-                  ? 0
-                  : 4);
-    }
-    TEST_ASSERT_EQUAL_INT(pid, waitpid(pid, &status, 0));
-    TEST_ASSERT_TRUE(WIFEXITED(status));
-    if (WEXITSTATUS(status) == NO_MOUNT)
-        TEST_IGNORE_MESSAGE("this user may not mount a small file system to fill");
-    TEST_ASSERT_EQUAL_INT(0, WEXITSTATUS(status));
+    shef_test_on_small_disk("disk", "6m", render_until_refused);
 }
 
 static void test_a_folder_that_holds_something_is_not_touched(void)
