@@ -420,13 +420,3 @@ double shef_frame_edges_threshold(const struct shef_frame_edges *edges)
 {
     return edges->threshold_in_units;
 }
-
-struct shef_image_i16 shef_frame_edges_values(const struct shef_frame_edges *edges)
-{
-    return edges->values;
-}
-
-const char *shef_frame_edges_isa(const struct shef_frame_edges *edges)
-{
-    return edges->gradient->isa;
-}

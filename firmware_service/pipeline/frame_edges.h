@@ -77,13 +77,6 @@ void shef_frame_edges_temporal(struct shef_frame_edges *edges, struct shef_image
  * (temporal). Pixels of this value are edges, or +-1. */
 double shef_frame_edges_threshold(const struct shef_frame_edges *edges);
 
-/* The values the last map was made from; valid until the next one is made. The unit is such that
- * shef_frame_edges_threshold() is values_threshold of them. */
-struct shef_image_i16 shef_frame_edges_values(const struct shef_frame_edges *edges);
-
-/* The instruction set that was picked: "avx512", "avx2", "neon" or "c". */
-const char *shef_frame_edges_isa(const struct shef_frame_edges *edges);
-
 #ifdef __cplusplus
 }
 #endif

@@ -27,7 +27,6 @@ struct shef_hot_pixels {
     struct shef_hot_pixel pixels[SHEF_HOT_PIXELS_MAX];
     uint32_t indices[SHEF_HOT_PIXELS_MAX];
     uint32_t n_hot;
-    uint32_t n_refused;
 };
 
 struct shef_hot_pixels_params shef_hot_pixels_default_params(int32_t width_px, int32_t height_px)
@@ -194,7 +193,6 @@ static bool judge(struct shef_hot_pixels *hot, uint32_t pixel, double rate_per_s
             return false;
         if (!mask(hot, pixel, (uint8_t)(LET_GO * n_windows))) {
             *score = 0;
-            hot->n_refused++;
             return false;
         }
         hot->pixels[hot->ranks[pixel] - 1].per_s = (float)rate_per_s;
@@ -247,9 +245,4 @@ uint32_t shef_hot_pixels_list(const struct shef_hot_pixels *hot,
     *out_pixels = hot->pixels;
     *out_indices = hot->indices;
     return hot->n_hot;
-}
-
-uint32_t shef_hot_pixels_refused_count(const struct shef_hot_pixels *hot)
-{
-    return hot->n_refused;
 }

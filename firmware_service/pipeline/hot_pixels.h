@@ -76,9 +76,6 @@ uint32_t shef_hot_pixels_list(const struct shef_hot_pixels *hot,
                               const struct shef_hot_pixel **out_pixels,
                               const uint32_t **out_indices);
 
-/* How many hot pixels there was no room for. */
-uint32_t shef_hot_pixels_refused_count(const struct shef_hot_pixels *hot);
-
 #ifdef __cplusplus
 }
 #endif

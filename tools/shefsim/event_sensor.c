@@ -316,8 +316,3 @@ struct sim_event_sensor_stats sim_event_sensor_stats(const struct sim_event_sens
 {
     return sensor->stats;
 }
-
-const char *sim_event_sensor_isa(const struct sim_event_sensor *sensor)
-{
-    return sensor->scan->isa;
-}

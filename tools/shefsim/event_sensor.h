@@ -112,9 +112,6 @@ void sim_event_sensor_log(const struct sim_event_sensor *sensor, struct shef_ima
 
 struct sim_event_sensor_stats sim_event_sensor_stats(const struct sim_event_sensor *sensor);
 
-/* The implementation of the inner loop, "avx2". */
-const char *sim_event_sensor_isa(const struct sim_event_sensor *sensor);
-
 /* NULL is allowed. */
 void sim_event_sensor_destroy(struct sim_event_sensor *sensor);
 

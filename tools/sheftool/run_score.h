@@ -129,9 +129,8 @@ struct shef_image_f32 shef_run_scorer_truth(const struct shef_run_scorer *scorer
 struct shef_image_f32 shef_run_scorer_everywhere(const struct shef_run_scorer *scorer);
 struct shef_image_f32 shef_run_scorer_estimate(const struct shef_run_scorer *scorer);
 enum shef_run_direction shef_run_scorer_direction(const struct shef_run_scorer *scorer);
-/* True velocity of the left camera in rectified axes, m/s, and the true mid-exposure. */
+/* True velocity of the left camera in rectified axes, m/s. */
 const double *shef_run_scorer_velocity(const struct shef_run_scorer *scorer);
-shef_event_time shef_run_scorer_middle(const struct shef_run_scorer *scorer);
 
 /* NULL is allowed. */
 void shef_run_scorer_close(struct shef_run_scorer *scorer);
