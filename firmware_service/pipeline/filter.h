@@ -18,7 +18,6 @@
 #ifndef SHEF_PIPELINE_FILTER_H
 #define SHEF_PIPELINE_FILTER_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "core/error.h"

@@ -1,5 +1,4 @@
 /* How events change the filter's state. */
-#include <assert.h>
 
 #include "pipeline/filter_state.h"
 

@@ -12,7 +12,6 @@
 #ifndef SHEF_PIPELINE_FLOW_SEARCH_H
 #define SHEF_PIPELINE_FLOW_SEARCH_H
 
-#include <stdbool.h>
 #include <stdint.h>
 
 #include "calib/rectification.h"

@@ -7,7 +7,6 @@
 #ifndef SHEF_PIPELINE_WARP_H
 #define SHEF_PIPELINE_WARP_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "calib/rectification.h"

@@ -6,7 +6,6 @@
 #ifndef SHEF_PUBLISH_PICKS_H
 #define SHEF_PUBLISH_PICKS_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "core/error.h"

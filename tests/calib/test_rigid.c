@@ -1,7 +1,6 @@
 #include "calib/rigid.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "support/support.h"
 

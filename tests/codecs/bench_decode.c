@@ -17,7 +17,6 @@
 
 #include "codecs/event_reader.h"
 #include "codecs/evt.h"
-#include "codecs/kernels/evt_run.h"
 #include "codecs/raw_header.h"
 #include "core/cpu.h"
 

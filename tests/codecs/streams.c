@@ -1,6 +1,5 @@
 #include "streams.h"
 
-#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

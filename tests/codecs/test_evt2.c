@@ -1,5 +1,4 @@
 /* EVT2 and EVT2.1: what each word means, and what is counted when it means nothing. */
-#include <string.h>
 
 #include "streams.h"
 

@@ -1,5 +1,4 @@
 /* decode(encode(x)) is x, in every format and way of slicing. */
-#include <string.h>
 
 #include "streams.h"
 

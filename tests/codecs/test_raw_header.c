@@ -1,6 +1,5 @@
 #include "codecs/raw_header.h"
 
-#include <stdio.h>
 #include <string.h>
 
 #include "support/support.h"

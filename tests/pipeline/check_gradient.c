@@ -1,7 +1,6 @@
 #include "pipeline/kernels/gradient.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "core/cpu.h"

@@ -2,7 +2,6 @@
  * bits, floating point included. */
 #include "pipeline/kernels/rows.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,8 +1,5 @@
 #include "pipeline/kernels/rectify.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 #include "core/cpu.h"
 #include "kernel_check.h"
 

@@ -1,7 +1,6 @@
 #include "pipeline/kernels/warp.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 #include "core/cpu.h"
 #include "core/memory.h"

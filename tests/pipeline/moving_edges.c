@@ -2,7 +2,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #define KNOTS_PER_PX 16
 #define SCENE_PX     (2 * SHEF_TEST_SCENE_ORIGIN_PX + 300)

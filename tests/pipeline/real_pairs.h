@@ -5,7 +5,6 @@
 #include <stdint.h>
 
 #include "core/image.h"
-#include "core/png_io.h"
 #include "pipeline/edge_map.h"
 
 #define SHEF_TEST_N_PAIRS 48

@@ -1,7 +1,6 @@
 #include "pipeline/filter.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "core/cpu.h"

@@ -1,5 +1,4 @@
 /* Memory is allocated by create() alone: neither feeding events nor making maps takes any. */
-#include <stdlib.h>
 
 #include "core/cpu.h"
 #include "filter_model.h"

@@ -1,5 +1,4 @@
 /* The filter on real recordings, hot pixels included, against double precision. */
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 

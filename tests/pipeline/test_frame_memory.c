@@ -1,6 +1,5 @@
 /* Memory is allocated by create() alone: rectifying, making edge maps and searching for the flow
  * take none. */
-#include <stdlib.h>
 #include <string.h>
 
 #include "core/cpu.h"

@@ -1,8 +1,6 @@
 #include "pipeline/paper.h"
 
-#include <math.h>
 #include <stdbool.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "bin_corr_cases.h"

@@ -1,7 +1,5 @@
 #include "pipeline/paper_shrink.h"
 
-#include <string.h>
-
 #include "bin_corr_cases.h"
 
 static void expect_nearest_pixels(struct shef_test_random *random, enum shef_edge_kind kind,

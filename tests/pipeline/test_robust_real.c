@@ -10,7 +10,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "core/cpu.h"
 #include "core/memory.h"
 #include "pipeline/bias.h"
 #include "real_pairs.h"

@@ -1,8 +1,5 @@
 #include "pipeline/snapshot_schedule.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 #include "support/support.h"
 
 #define MS        SHEF_NS_PER_MS

@@ -6,7 +6,6 @@
  * per pixel, a frame view of 2048 x 1536 px with one, and depth, all on one thread. */
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include <time.h>
 
 #include "core/cpu.h"

@@ -3,7 +3,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "core/cpu.h"
 #include "core/file.h"
 #include "support/support.h"
 

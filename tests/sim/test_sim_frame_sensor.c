@@ -1,6 +1,5 @@
 /* The frame sensor: grey levels, noise and colours against what its parameters promise. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "core/cpu.h"

@@ -1,11 +1,9 @@
 /* A rendered recording, read by the readers that everybody uses, against what was asked for. */
 #include <errno.h>
-#include <inttypes.h>
 #include <math.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 

@@ -1,8 +1,6 @@
 #include "tools/event_files.h"
 
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "codecs/evt_encode.h"
 #include "core/file.h"

@@ -1,6 +1,4 @@
 /* An evaluation sorts images into scenes, filters copies only, and sums up. */
-#include <math.h>
-#include <string.h>
 
 #include "sheftool/evaluation.h"
 #include "support/support.h"

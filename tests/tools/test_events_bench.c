@@ -1,6 +1,5 @@
 /* `sheftool events bench` prints what it measured in the form of the other benches. */
 #include <jansson.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "sheftool/events_bench.h"

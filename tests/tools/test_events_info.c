@@ -7,7 +7,6 @@
 
 #include "core/file.h"
 #include "core/memory.h"
-#include "core/png_io.h"
 #include "sheftool/events_report.h"
 #include "support/support.h"
 #include "tools/event_files.h"

@@ -1,6 +1,5 @@
 /* `sheftool events render` draws the filter at the right instants. */
 #include <jansson.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

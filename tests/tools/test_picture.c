@@ -1,6 +1,4 @@
 /* Colours, thumbnails and letters. */
-#include <math.h>
-#include <string.h>
 
 #include "core/memory.h"
 #include "sheftool/picture.h"

@@ -1,6 +1,5 @@
 /* What each protocol counts, on small images made by hand. */
 #include <math.h>
-#include <string.h>
 
 #include "core/memory.h"
 #include "sheftool/protocol.h"

@@ -1,6 +1,5 @@
 /* Summaries of timings, and when a progress bar may be seen. */
 #include <stdio.h>
-#include <string.h>
 #include <sys/mman.h>
 #include <unistd.h>
 

@@ -1,5 +1,4 @@
 /* shefsim bench: how fast the sensors and a whole rendering are. */
-#include <inttypes.h>
 #include <jansson.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,7 +1,6 @@
 /* shefsim render: a recording of the rig in front of a scene. */
 #include <inttypes.h>
 #include <stdio.h>
-#include <string.h>
 
 #include "core/cpu.h"
 #include "core/time.h"

@@ -6,6 +6,7 @@
 
 #include "codecs/evt_encode.h"
 #include "core/time.h"
+#include "record/event_recorder.h"
 #include "shefsim/event_sensor_parts.h"
 #include "shefsim/random.h"
 

@@ -9,7 +9,6 @@
 #include <stdint.h>
 
 #include "core/error.h"
-#include "record/event_recorder.h"
 #include "record/recording_writer.h"
 #include "shefsim/event_sensor.h"
 #include "shefsim/rig_clocks.h"

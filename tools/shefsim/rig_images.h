@@ -6,7 +6,6 @@
 #ifndef SHEFSIM_RIG_IMAGES_H
 #define SHEFSIM_RIG_IMAGES_H
 
-#include <stdbool.h>
 #include <stdint.h>
 
 #include "core/error.h"

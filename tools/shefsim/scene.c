@@ -1,6 +1,5 @@
 #include "shefsim/scene.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -3,7 +3,6 @@
 #define SHEFSIM_VIEW_INTERNAL_H
 
 #include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
 
 #include "shefsim/kernels/trace.h"

@@ -1,6 +1,5 @@
 #include "shefsim/yaml_lines.h"
 
-#include <stdbool.h>
 #include <string.h>
 #include <yaml.h>
 

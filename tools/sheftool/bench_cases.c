@@ -1,7 +1,6 @@
 /* What the benches measure: our kernels and matchers per instruction set, and OpenCV's. */
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "core/cpu.h"
 #include "core/memory.h"

@@ -1,9 +1,6 @@
 /* sheftool eval: figures of anybody's disparity maps against the truth. */
-#include <assert.h>
 #include <inttypes.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #include "core/memory.h"

@@ -1,7 +1,6 @@
 /* sheftool events convert: event files of one kind into another. */
 #include <inttypes.h>
 #include <stdio.h>
-#include <string.h>
 #include <sys/stat.h>
 
 #include "core/cpu.h"

@@ -1,9 +1,6 @@
 /* sheftool run: a recording to depth. */
-#include <inttypes.h>
 #include <stdio.h>
-#include <string.h>
 
-#include "core/cpu.h"
 #include "sheftool/command.h"
 #include "sheftool/machine.h"
 #include "sheftool/progress.h"

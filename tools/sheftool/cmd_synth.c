@@ -1,7 +1,6 @@
 /* sheftool synth: edge pairs with known truth for those who have no recordings. */
 #include <inttypes.h>
 #include <stdio.h>
-#include <stdlib.h>
 
 #include "core/pfm.h"
 #include "core/png_io.h"

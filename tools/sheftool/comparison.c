@@ -1,7 +1,6 @@
 #include "sheftool/comparison.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "core/cpu.h"
 #include "core/memory.h"

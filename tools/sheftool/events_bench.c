@@ -1,7 +1,5 @@
 #include "sheftool/events_bench.h"
 
-#include <assert.h>
-#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

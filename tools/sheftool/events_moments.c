@@ -1,7 +1,6 @@
 #include "sheftool/events_moments.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "core/cpu.h"
 #include "sheftool/progress.h"

@@ -2,7 +2,6 @@
 #include "sheftool/events_report.h"
 
 #include <inttypes.h>
-#include <string.h>
 
 #define CHART_COLUMNS 64
 #define CHART_ROWS    8

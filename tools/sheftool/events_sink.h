@@ -9,9 +9,6 @@
 #ifndef SHEFTOOL_EVENTS_SINK_H
 #define SHEFTOOL_EVENTS_SINK_H
 
-#include <stdbool.h>
-#include <stdint.h>
-
 #include "codecs/event_writer.h"
 #include "core/error.h"
 #include "core/packets.h"

@@ -3,8 +3,6 @@
 #ifndef SHEFTOOL_FITTING_H
 #define SHEFTOOL_FITTING_H
 
-#include <stdbool.h>
-
 #include "pipeline/bias.h"
 #include "sheftool/matching.h"
 

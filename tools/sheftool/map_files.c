@@ -1,5 +1,4 @@
 /* Reading single maps: format and values are checked here, once. */
-#include <math.h>
 #include <string.h>
 
 #include "core/memory.h"

@@ -6,7 +6,6 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "core/cpu.h"
 #include "core/memory.h"
 #include "pipeline/warp.h"
 #include "sheftool/command.h"

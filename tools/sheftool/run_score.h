@@ -18,7 +18,6 @@
 #define SHEFTOOL_RUN_SCORE_H
 
 #include <jansson.h>
-#include <stdbool.h>
 #include <stdint.h>
 
 #include "core/error.h"

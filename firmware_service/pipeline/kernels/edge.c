@@ -3,8 +3,6 @@
 #include <assert.h>
 #include <stddef.h>
 
-#include "core/cpu.h"
-
 const struct shef_edge_kernels *shef_edge_pick(uint32_t cpu_features)
 {
     static const struct shef_edge_kernels *const tables[] = {

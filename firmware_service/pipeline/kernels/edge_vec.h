@@ -3,6 +3,8 @@
  * The including file first includes its vec_*.h and defines the further vec_ functions used here.
  * The meaning of every line is in edge_c.c. */
 
+#include <stddef.h>
+
 #include "pipeline/kernels/edge.h"
 
 #define VECS_PER_WORD (64 / VEC_LANES)

@@ -1,6 +1,5 @@
 /* 16 values at a time: AVX2. */
 #include <immintrin.h>
-#include <stddef.h>
 
 #include "core/cpu.h"
 #include "pipeline/kernels/vec_avx2.h"

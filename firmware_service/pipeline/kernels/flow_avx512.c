@@ -1,6 +1,5 @@
 /* 32 values at a time, a block's whole row: AVX-512. */
 #include <immintrin.h>
-#include <stddef.h>
 
 #include "core/cpu.h"
 #include "pipeline/kernels/vec_avx512.h"

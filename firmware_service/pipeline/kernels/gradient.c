@@ -2,8 +2,6 @@
 
 #include <stddef.h>
 
-#include "core/cpu.h"
-
 const struct shef_gradient_kernels *shef_gradient_pick(uint32_t cpu_features)
 {
     static const struct shef_gradient_kernels *const tables[] = {

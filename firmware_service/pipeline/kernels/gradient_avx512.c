@@ -1,6 +1,5 @@
 /* 32 lanes: AVX-512. */
 #include <immintrin.h>
-#include <stddef.h>
 
 #include "core/cpu.h"
 #include "pipeline/kernels/gradient.h"

@@ -1,6 +1,5 @@
 /* 8 lanes: NEON of arm64. */
 #include <arm_neon.h>
-#include <stddef.h>
 
 #include "core/cpu.h"
 #include "pipeline/kernels/gradient.h"

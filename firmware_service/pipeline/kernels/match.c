@@ -1,7 +1,5 @@
 #include "pipeline/kernels/match.h"
 
-#include "core/cpu.h"
-
 const struct shef_match_kernels *shef_match_pick(uint32_t cpu_features)
 {
     static const struct shef_match_kernels *const tables[] = {

@@ -2,8 +2,6 @@
 
 #include <stddef.h>
 
-#include "core/cpu.h"
-
 const struct shef_rectify_kernels *shef_rectify_pick(uint32_t cpu_features)
 {
     static const struct shef_rectify_kernels *const tables[] = {

@@ -1,7 +1,5 @@
 #include "pipeline/kernels/warp.h"
 
-#include "core/cpu.h"
-
 const struct shef_warp_kernel *shef_warp_pick(uint32_t cpu_features)
 {
     static const struct shef_warp_kernel *const tables[] = {

@@ -1,7 +1,5 @@
 #include "shefsim/kernels/trace.h"
 
-#include "core/cpu.h"
-
 const struct sim_trace_kernels *sim_trace_pick(uint32_t cpu_features)
 {
     static const struct sim_trace_kernels *const tables[] = {
