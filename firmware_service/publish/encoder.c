@@ -10,6 +10,7 @@
 
 #include "core/crc32c.h"
 #include "core/memory.h"
+#include "pipeline/depth_chain.h"
 #include "publish/encoder_internal.h"
 
 /* Where header.crc32c lies: after the type's fingerprint (8), seven int64, calib_id (32) and two
@@ -20,7 +21,15 @@
 #define LEAST_DISPARITY_CODE 1
 #define MOST_DISPARITY_CODE  4095
 
-/* result.h and the .lcm files say the same things. */
+/* depth_chain.h, result.h and the .lcm files say the same things. */
+_Static_assert(SHEF_DEPTH_PAPER_DS == SHEF_DISPARITY_T_MODE_PAPER_DS, "");
+_Static_assert(SHEF_DEPTH_PAPER_DP == SHEF_DISPARITY_T_MODE_PAPER_DP, "");
+_Static_assert(SHEF_DEPTH_UNSIGNED == SHEF_DISPARITY_T_MODE_UNSIGNED, "");
+_Static_assert(SHEF_DEPTH_TERNARY == SHEF_DISPARITY_T_MODE_TERNARY, "");
+_Static_assert(SHEF_DEPTH_GRADED == SHEF_DISPARITY_T_MODE_GRADED, "");
+_Static_assert(SHEF_DEPTH_TEMPORAL == SHEF_DISPARITY_T_MODE_TEMPORAL, "");
+_Static_assert(SHEF_DEPTH_COMBINED == SHEF_DISPARITY_T_MODE_COMBINED, "");
+_Static_assert(SHEF_DEPTH_N_MODES == 7, "a further mode needs its MODE_... above");
 _Static_assert(SHEF_RESULT_SHED_DENSE == SHEF_DISPARITY_T_SHED_DENSE, "");
 _Static_assert(SHEF_RESULT_SHED_CLOUD == SHEF_DISPARITY_T_SHED_CLOUD, "");
 _Static_assert(SHEF_RESULT_SHED_FULL_GRID == SHEF_DISPARITY_T_SHED_FULL_GRID, "");
