@@ -38,12 +38,13 @@ build_preset() {
 }
 
 # Runs the tests of a built preset. ctest's own summary comes last; just before it, the reasons
-# of the tests that were skipped.
+# of the tests that were skipped. What ran is added to the tally.
 #   run_ctest PRESET [CTEST_OPTION...]
 run_ctest() {
-    local preset=$1 log=$root/build/$1/Testing/Temporary/LastTest.log
+    local preset=$1 log=$root/build/$1/Testing/Temporary/LastTest.log status=0
     shift
     say "testing $preset"
+    rm -f "$log"
     "${ctest_wrapper[@]}" ctest --test-dir "$root/build/$preset" --parallel "$(nproc)" --output-on-failure \
         --no-tests=error "$@" |
         awk -v log_path="$log" '
@@ -59,5 +60,47 @@ run_ctest() {
                 if (n_skipped)
                     print n_skipped " skipped; the programs that hold them count as passed below"
                 printf "%s", summary
-            }'
+            }' || status=$?
+    [[ -z ${SHEF_TALLY:-} || ! -e $log ]] || count_tests "$log" >>"$SHEF_TALLY"
+    return $status
+}
+
+# Prints how many tests passed, failed and were skipped by a log of ctest. The functions in a
+# program count one by one; a program without them counts as one, and so does one that ended badly
+# although none of them failed.
+count_tests() {
+    awk '
+        function end_program() {
+            if (name == "") return
+            if (result != "Passed" && failed == 0) n_failed++
+            else if (result == "Passed" && passed + skipped == 0) n_passed++
+            n_passed += passed; n_failed += failed; n_skipped += skipped
+        }
+        /^[0-9]+\/[0-9]+ Testing: / {
+            end_program()
+            name = $3; result = ""; passed = failed = skipped = 0
+        }
+        /:[0-9]+:test_[A-Za-z0-9_]+:PASS/ { passed++ }
+        /:[0-9]+:test_[A-Za-z0-9_]+:FAIL/ { failed++ }
+        /:[0-9]+:test_[A-Za-z0-9_]+:IGNORE/ { skipped++ }
+        /^Test Passed\.$/ { result = "Passed" }
+        END { end_program(); print n_passed + 0, n_failed + 0, n_skipped + 0 }' "$1"
+}
+
+# Starts a tally, unless a script that called this one has.
+begin_tally() {
+    [[ -z ${SHEF_TALLY:-} ]] || return 0
+    mkdir -p "$root/build"
+    export SHEF_TALLY=$root/build/tally
+    : >"$SHEF_TALLY"
+    owns_tally=yes
+}
+
+# Prints the closing line of whoever began the tally. Runs that did not get as far have none.
+#   end_tally RUNS    of ctest that there should have been
+end_tally() {
+    [[ ${owns_tally:-no} = yes ]] || return 0
+    [[ $(wc -l <"$SHEF_TALLY") -eq $1 ]] || fail "not everything was run; the reason is above"
+    awk '{ passed += $1; failed += $2; skipped += $3 }
+        END { printf "%d passed, %d failed, %d skipped\n", passed, failed, skipped }' "$SHEF_TALLY"
 }
