@@ -2,11 +2,8 @@
  * messages come in. */
 #include "publish/publisher.h"
 
-#include <arpa/inet.h>
 #include <fcntl.h>
 #include <limits.h>
-#include <net/if.h>
-#include <net/route.h>
 #include <poll.h>
 #include <sched.h>
 #include <signal.h>
@@ -14,8 +11,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/ioctl.h>
-#include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <time.h>
@@ -41,30 +36,6 @@ static struct shef_manual_clock manual;
 static struct shef_test_random test_random;
 static struct shef_error err;
 
-static void set_loopback(bool is_up)
-{
-    const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    struct ifreq request = { .ifr_flags = (short)(is_up ? IFF_UP | IFF_RUNNING : 0) };
-
-    strcpy(request.ifr_name, "lo");
-    TEST_ASSERT_EQUAL_INT(0, ioctl(fd, SIOCSIFFLAGS, &request));
-    close(fd);
-}
-
-/* As "ip route add 239.255.76.67/32 dev lo". */
-static void add_route(void)
-{
-    const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    char device[] = "lo";
-    struct rtentry route = { .rt_flags = RTF_UP | RTF_HOST, .rt_dev = device };
-    struct sockaddr_in address = { .sin_family = AF_INET };
-
-    TEST_ASSERT_EQUAL_INT(1, inet_pton(AF_INET, "239.255.76.67", &address.sin_addr));
-    memcpy(&route.rt_dst, &address, sizeof address);
-    TEST_ASSERT_EQUAL_INT(0, ioctl(fd, SIOCADDRT, &route));
-    close(fd);
-}
-
 void setUp(void)
 {
     const struct shef_publisher_params params = {
@@ -79,7 +50,7 @@ void setUp(void)
 
     if (!has_namespace)
         TEST_IGNORE_MESSAGE("this user may not make a network namespace");
-    set_loopback(false);
+    shef_test_set_loopback(false);
     test_random = shef_test_random_start();
     shef_manual_clock_init(&manual, (shef_host_time){ SHEF_NS_PER_S });
     pool = shef_result_pool_create(1, WIDTH_PX, HEIGHT_PX, 0, NULL);
@@ -114,8 +85,8 @@ static struct shef_publisher_stats stats(void)
 
 static void connect_now(void)
 {
-    set_loopback(true);
-    add_route();
+    shef_test_set_loopback(true);
+    shef_test_add_route("239.255.76.67");
     TEST_ASSERT_EQUAL_MESSAGE(SHEF_OK, shef_publisher_connect(publisher, &err), err.text);
 }
 
@@ -149,8 +120,8 @@ static void test_a_route_that_comes_later_is_found(void)
     TEST_ASSERT_EQUAL(SHEF_ERR_IO, shef_publisher_connect(publisher, &err));
     publish(0);
     TEST_ASSERT_EQUAL_UINT64(1, stats().n_unpublished);
-    set_loopback(true);
-    add_route();
+    shef_test_set_loopback(true);
+    shef_test_add_route("239.255.76.67");
     shef_manual_clock_advance(&manual, SHEF_NS_PER_S);
     shef_publisher_tick(publisher);
     TEST_ASSERT_TRUE(stats().is_connected);
@@ -166,7 +137,7 @@ static void test_a_network_that_goes_is_counted_and_one_that_returns_is_used(voi
 
     connect_now();
     publish(0);
-    set_loopback(false);
+    shef_test_set_loopback(false);
     for (uint64_t seq = 1; seq <= 5; seq++)
         publish(seq);
     seen = stats();
@@ -178,8 +149,8 @@ static void test_a_network_that_goes_is_counted_and_one_that_returns_is_used(voi
                              "not published so far; every further one is tried",
                              text);
     TEST_ASSERT_EQUAL_UINT32(0, shef_result_pool_lent_count(pool));
-    set_loopback(true);
-    add_route();
+    shef_test_set_loopback(true);
+    shef_test_add_route("239.255.76.67");
     publish(6);
     TEST_ASSERT_EQUAL_UINT64(2, stats().n_published);
     TEST_ASSERT_FALSE(stats().is_failing);

@@ -12,4 +12,11 @@
  * Returns false where this user may not. */
 bool shef_test_enter_namespaces(int flags);
 
+/* In a network of one's own, which has nothing but a loopback device, down at first. Taking it down
+ * takes its routes. */
+void shef_test_set_loopback(bool is_up);
+
+/* As "ip route add ADDRESS/32 dev lo". */
+void shef_test_add_route(const char *address);
+
 #endif
