@@ -19,6 +19,7 @@
 #include <lcm/eventlog.h>
 #include <shef_lcm_decode.h>
 
+#include "documented.h"
 #include "made_result.h"
 #include "support/namespaces.h"
 
@@ -256,17 +257,15 @@ static void expect_line(const char *line)
     shef_result_give(result);
 }
 
-static void test_the_subscriber_in_c_sees_the_depths(void)
+static void expect_subscriber(const char *commands)
 {
-    char self[PATH_MAX], path[PATH_MAX + 40], line[1000];
+    char line[1000], script[8192];
     int out_fd;
 
-    self[readlink("/proc/self/exe", self, sizeof self - 1)] = '\0';
-    *strrchr(self, '/') = '\0';
-    (void)snprintf(path, sizeof path, "%s/../bin/subscriber_example", self);
+    (void)snprintf(script, sizeof script, "cd '%s' && exec env %s", documented_folder(), commands);
     connect_now();
 
-    const pid_t pid = start_program((const char *[]){ path, NULL }, &out_fd);
+    const pid_t pid = start_program((const char *[]){ "bash", "-c", script, NULL }, &out_fd);
 
     TEST_ASSERT_GREATER_THAN_INT(0, pid);
     publish_until_it_prints(pid, out_fd, line, sizeof line);
@@ -274,44 +273,73 @@ static void test_the_subscriber_in_c_sees_the_depths(void)
     expect_line(line);
 }
 
-static void test_the_subscriber_in_python_sees_the_same_depths(void)
+static void test_the_documented_subscriber_in_c_sees_the_depths(void)
 {
-    char self[PATH_MAX], python_path[PATH_MAX + 40], script[PATH_MAX], line[1000];
-    int out_fd, status;
-    pid_t pid = start_program(
-        (const char *[]){ "python3", "-c",
-                          "import sys, importlib.util as u; sys.exit(u.find_spec('lcm') is None)",
-                          NULL },
-        &out_fd);
+#if defined __SANITIZE_ADDRESS__ || defined __SANITIZE_THREAD__
+    /* The documented command does not know that the library has been made for a sanitizer. */
+    expect_subscriber("build/release/bin/subscriber_example");
+#else
+    documented_run(documented_commands("gcc -o subscriber"));
+    expect_subscriber("./subscriber");
+#endif
+}
 
-    if (pid > 0) {
-        TEST_ASSERT_EQUAL_INT(pid, waitpid(pid, &status, 0));
-        close(out_fd);
+static void test_the_documented_subscriber_in_python_sees_the_same_depths(void)
+{
+    char commands[4096];
+
+    if (system("command -v python3 >/dev/null") != 0)
+        TEST_IGNORE_MESSAGE("there is no python3");
+    if (system("python3 -c 'import lcm' 2>/dev/null") != 0) {
+        (void)snprintf(commands, sizeof commands, "cp '%s' docs/examples/lcm.py",
+                       shef_test_source("tests/publish/lcm_stand_in.py"));
+        documented_run(commands);
     }
-    if (pid == 0 || status != 0)
-        TEST_IGNORE_MESSAGE("python3 has no module lcm (Debian does not package it)");
-
-    self[readlink("/proc/self/exe", self, sizeof self - 1)] = '\0';
-    *strrchr(self, '/') = '\0';
-    (void)snprintf(python_path, sizeof python_path, "%s/../lcm_types/python", self);
-    TEST_ASSERT_EQUAL_INT(0, setenv("PYTHONPATH", python_path, 1));
-    (void)snprintf(script, sizeof script, "%s", shef_test_source("docs/examples/subscriber.py"));
-    connect_now();
-    pid = start_program((const char *[]){ "python3", script, NULL }, &out_fd);
-    TEST_ASSERT_GREATER_THAN_INT(0, pid);
-    publish_until_it_prints(pid, out_fd, line, sizeof line);
-    end_program(pid, out_fd);
-    expect_line(line);
+    expect_subscriber(documented_commands("PYTHONPATH="));
 }
 
-static void test_lcm_logger_records_what_was_published(void)
+struct logged {
+    int n_depths, n_poses;
+};
+
+/* Every message of a log can be read. */
+static struct logged read_log(const char *path)
 {
-    char path[PATH_MAX];
-    int out_fd, n_depths = 0, n_poses = 0;
-    struct stat seen = { 0 };
+    lcm_eventlog_t *log = lcm_eventlog_create(path, "r");
+    struct logged logged = { 0 };
     lcm_eventlog_event_t *event;
 
-    (void)snprintf(path, sizeof path, "%s", shef_test_temp_path("logged"));
+    TEST_ASSERT_NOT_NULL(log);
+    while ((event = lcm_eventlog_read_next_event(log)) != NULL) {
+        struct shef_lcm_grid grid;
+        struct shef_lcm_pose pose;
+
+        if (strcmp(event->channel, "SHEF_DEPTH") == 0) {
+            TEST_ASSERT_EQUAL(SHEF_LCM_OK,
+                              shef_lcm_decode_depth(event->data, (size_t)event->datalen, &grid));
+            TEST_ASSERT_GREATER_THAN_INT32(0, grid.n_points);
+            logged.n_depths++;
+        } else {
+            TEST_ASSERT_EQUAL_STRING("SHEF_POSE", event->channel);
+            TEST_ASSERT_EQUAL(SHEF_LCM_OK,
+                              shef_lcm_decode_pose(event->data, (size_t)event->datalen, &pose));
+            TEST_ASSERT_EQUAL_DOUBLE(0.3, pose.pos_m[2]);
+            logged.n_poses++;
+        }
+        lcm_eventlog_free_event(event);
+    }
+    lcm_eventlog_destroy(log);
+    return logged;
+}
+
+static void test_lcm_logger_records_what_was_published_and_lcm_logplayer_plays_it(void)
+{
+    char path[PATH_MAX], played_path[PATH_MAX];
+    struct logged logged, played;
+    struct stat seen = { 0 };
+    int out_fd;
+
+    (void)snprintf(path, sizeof path, "%s/logged", documented_folder());
     connect_now();
 
     const pid_t pid = start_program(
@@ -325,31 +353,15 @@ static void test_lcm_logger_records_what_was_published(void)
         (void)stat(path, &seen);
     }
     end_program(pid, out_fd);
+    logged = read_log(path);
+    TEST_ASSERT_GREATER_THAN_INT(0, logged.n_depths);
+    TEST_ASSERT_GREATER_THAN_INT(0, logged.n_poses);
 
-    lcm_eventlog_t *log = lcm_eventlog_create(path, "r");
-
-    TEST_ASSERT_NOT_NULL(log);
-    while ((event = lcm_eventlog_read_next_event(log)) != NULL) {
-        struct shef_lcm_grid grid;
-        struct shef_lcm_pose pose;
-
-        if (strcmp(event->channel, "SHEF_DEPTH") == 0) {
-            TEST_ASSERT_EQUAL(SHEF_LCM_OK,
-                              shef_lcm_decode_depth(event->data, (size_t)event->datalen, &grid));
-            TEST_ASSERT_GREATER_THAN_INT32(0, grid.n_points);
-            n_depths++;
-        } else {
-            TEST_ASSERT_EQUAL_STRING("SHEF_POSE", event->channel);
-            TEST_ASSERT_EQUAL(SHEF_LCM_OK,
-                              shef_lcm_decode_pose(event->data, (size_t)event->datalen, &pose));
-            TEST_ASSERT_EQUAL_DOUBLE(0.3, pose.pos_m[2]);
-            n_poses++;
-        }
-        lcm_eventlog_free_event(event);
-    }
-    lcm_eventlog_destroy(log);
-    TEST_ASSERT_GREATER_THAN_INT(0, n_depths);
-    TEST_ASSERT_GREATER_THAN_INT(0, n_poses);
+    documented_run("lcm-logplayer --speed=1000 --lcm-url='file://played?mode=w' logged");
+    (void)snprintf(played_path, sizeof played_path, "%s/played", documented_folder());
+    played = read_log(played_path);
+    TEST_ASSERT_EQUAL_INT(logged.n_depths, played.n_depths);
+    TEST_ASSERT_EQUAL_INT(logged.n_poses, played.n_poses);
 }
 
 int main(void)
@@ -359,8 +371,8 @@ int main(void)
     RUN_TEST(test_without_a_route_one_sentence_names_the_command_that_adds_it);
     RUN_TEST(test_a_route_that_comes_later_is_found);
     RUN_TEST(test_a_network_that_goes_is_counted_and_one_that_returns_is_used);
-    RUN_TEST(test_the_subscriber_in_c_sees_the_depths);
-    RUN_TEST(test_the_subscriber_in_python_sees_the_same_depths);
-    RUN_TEST(test_lcm_logger_records_what_was_published);
+    RUN_TEST(test_the_documented_subscriber_in_c_sees_the_depths);
+    RUN_TEST(test_the_documented_subscriber_in_python_sees_the_same_depths);
+    RUN_TEST(test_lcm_logger_records_what_was_published_and_lcm_logplayer_plays_it);
     return UNITY_END();
 }
