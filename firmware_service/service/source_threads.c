@@ -119,14 +119,21 @@ void shef_events_thread(void *context)
 
 /* ---- frames ----------------------------------------------------------------------------- */
 
-/* Takes a free buffer when the frame's turn has come. With others under way at fast pace one may
- * still come back; otherwise the frame is lost, as a camera would lose it. */
+/* Whether a buffer will come back without another frame: from what is under way at fast pace; from
+ * the recorder when stepped, for the stereo thread holds SHEF_SOURCE_FRAMES_HELD at most. */
+static bool may_wait_for_buffer(const struct shef_playback *playback)
+{
+    return playback->pace.kind == SHEF_PACE_STEPPED ||
+           (playback->pace.kind == SHEF_PACE_FAST && shef_pace_under_way(&playback->pace) > 0);
+}
+
+/* Takes a free buffer when the frame's turn has come. If there is none and none will come back, the
+ * frame is lost, as a camera would lose it. */
 static struct shef_buffer *take_late(struct shef_playback *playback, struct shef_wake *own)
 {
     struct shef_buffer *buffer = shef_pool_take(playback->source->frame_pool);
 
-    while (!buffer && playback->pace.kind == SHEF_PACE_FAST &&
-           shef_pace_under_way(&playback->pace) > 0 && !shef_pace_is_stopping(&playback->pace)) {
+    while (!buffer && may_wait_for_buffer(playback) && !shef_pace_is_stopping(&playback->pace)) {
         shef_wake_wait(own, BUFFER_WAIT_MS);
         buffer = shef_pool_take(playback->source->frame_pool);
     }

@@ -97,7 +97,7 @@ static void test_started_without_a_network_it_works_records_and_publishes_once_t
     json_t *answer;
 
     json_decref(played_ask(service, "record start", "{\"name\": \"meanwhile\"}"));
-    wait_for(service, "frames.lost_by.not_sent", 2 * PLAYED_FRAMES);
+    wait_for(service, "frames.lost_by.not_sent", PLAYED_FRAMES);
     TEST_ASSERT_EQUAL_INT64(0, now(service, "frames.n_published"));
     TEST_ASSERT_TRUE(warns_of(service, "not connected"));
     json_decref(played_ask(service, "snapshot", NULL));

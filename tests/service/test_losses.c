@@ -1,9 +1,12 @@
 /* Every frame is published, or lost for a reason that is counted; what is left out of a frame is
  * said in its messages. Looked at from a subscriber's side: what is missing there. */
+#include <dirent.h>
 #include <fcntl.h>
 #include <pthread.h>
+#include <sched.h>
 #include <stdatomic.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -216,6 +219,46 @@ static void test_with_a_limit_of_0_ms_for_frames_hardly_any_is_published_and_all
     json_decref(status);
 }
 
+/* A thread of this process gets the time that nobody else wants. */
+static void starve(const char *thread)
+{
+    DIR *tasks = opendir("/proc/self/task");
+    const struct sched_param none = { 0 };
+    int n_found = 0;
+
+    TEST_ASSERT_NOT_NULL(tasks);
+    for (const struct dirent *task; (task = readdir(tasks));) {
+        char path[300], name[17] = "";
+        FILE *file;
+
+        snprintf(path, sizeof path, "/proc/self/task/%s/comm", task->d_name);
+        file = fopen(path, "r");
+        if (file && fscanf(file, "%16s", name) == 1 && strcmp(name, thread) == 0)
+            n_found += sched_setscheduler((pid_t)atoi(task->d_name), SCHED_IDLE, &none) == 0;
+        if (file)
+            fclose(file);
+    }
+    closedir(tasks);
+    TEST_ASSERT_EQUAL_INT(1, n_found);
+}
+
+static void test_stepped_a_recorder_that_lags_behind_costs_no_frame(void)
+{
+    struct shef_config config = played_config();
+    struct shef_service *service;
+    json_t *status;
+
+    config.source.loop = true;
+    service = played_start(&config);
+    starve("record_frames");
+    json_decref(played_ask(service, "record start", "{\"name\": \"lagging\"}"));
+    wait_for(service, "frames.n_in", 4 * PLAYED_FRAMES);
+    status = end(service);
+    TEST_ASSERT_EQUAL_INT64(0, played_number(status, "frames.n_lost") -
+                                   played_number(status, "frames.lost_by.stopped"));
+    json_decref(status);
+}
+
 static void test_stepped_over_several_passes_seq_has_no_gap(void)
 {
     const char *path = shef_test_temp_path("log");
@@ -240,6 +283,7 @@ int main(void)
     RUN_TEST(test_while_sending_blocks_frames_are_left_out_and_counted_and_nothing_else_waits);
     RUN_TEST(test_with_limits_of_0_ms_every_frame_is_published_without_what_may_be_left_out);
     RUN_TEST(test_with_a_limit_of_0_ms_for_frames_hardly_any_is_published_and_all_are_counted);
+    RUN_TEST(test_stepped_a_recorder_that_lags_behind_costs_no_frame);
     RUN_TEST(test_stepped_over_several_passes_seq_has_no_gap);
     return UNITY_END();
 }
