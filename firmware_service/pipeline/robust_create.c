@@ -175,17 +175,6 @@ static void *take(struct allocator *from, size_t n_items, size_t item_bytes)
         (image)->data = take(from, (size_t)(height), (size_t)(image)->stride_bytes);               \
     } while (0)
 
-/* A path buffer: one lane without a level in front, padding behind. */
-static uint16_t *take_path(struct allocator *from, int32_t n_cells, int32_t n_lanes)
-{
-    uint16_t *memory = take(from, (size_t)(n_cells * n_lanes + 2 * PAD_LANES), sizeof *memory);
-
-    if (!memory)
-        return NULL;
-    memory[PAD_LANES - 1] = SHEF_MATCH_NO_LEVEL;
-    return memory + PAD_LANES;
-}
-
 static void take_sums(struct allocator *from, struct robust_sums *sums, size_t n, bool is_signed)
 {
     sums->column_sum = take(from, n, sizeof(int16_t));
@@ -236,7 +225,8 @@ static void take_chunk(struct allocator *from, struct robust_chunk *chunk,
     chunk->pixel_confidence = take(from, n_pixels, sizeof(float));
     chunk->bias = take(from, n_pixels, sizeof(float));
     for (int i = 0; i < 2; i++)
-        chunk->paths[i] = take_path(from, SHEF_MATCH_PATH_CELLS, shape->n_lanes);
+        chunk->paths[i] =
+            take(from, (size_t)(SHEF_MATCH_PATH_CELLS * shape->n_lanes), sizeof(uint16_t));
     chunk->strip_sums = take(from, (size_t)shape->grid_height * STRIP_CELLS,
                              (size_t)shape->n_lanes * sizeof(uint16_t));
 }
@@ -356,12 +346,6 @@ const char *shef_robust_isa(const struct shef_robust *matcher)
     return matcher->kernels->isa;
 }
 
-static void free_path(uint16_t *path)
-{
-    if (path)
-        free(path - PAD_LANES);
-}
-
 static void free_sums(struct robust_sums *sums)
 {
     if (sums->column_square != sums->column_sum)
@@ -393,8 +377,8 @@ static void free_chunk(struct robust_chunk *chunk)
     free(chunk->pixel_disparity);
     free(chunk->pixel_confidence);
     free(chunk->bias);
-    free_path(chunk->paths[0]);
-    free_path(chunk->paths[1]);
+    free(chunk->paths[0]);
+    free(chunk->paths[1]);
     free(chunk->strip_sums);
 }
 

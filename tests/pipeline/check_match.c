@@ -250,15 +250,6 @@ static uint16_t *take_volume(int32_t n_cells, ptrdiff_t stride, int32_t n_lanes,
     return volume;
 }
 
-/* Memory for a path's state: a lane without a level in front, one to spare behind. */
-static uint16_t *take_state(int32_t n_cells, int32_t n_lanes)
-{
-    uint16_t *state = take((size_t)(n_cells * n_lanes + 2), sizeof *state);
-
-    state[0] = SHEF_MATCH_NO_LEVEL;
-    return state + 1;
-}
-
 /* Rows of cells, as the horizontal paths see them, forwards or backwards, with nothing to add, with
  * the sums so far, or with those and another volume. */
 static void check_path(const struct shef_match_kernels *tested)
@@ -288,7 +279,8 @@ static void check_path(const struct shef_match_kernels *tested)
         .cell_stride = (ptrdiff_t)n_steps * n_lanes,
         .step = is_backwards ? -n_lanes : n_lanes,
         .sums_step = is_backwards ? -n_lanes : n_lanes,
-        .state = { take_state(n_cells, n_lanes), take_state(n_cells, n_lanes) },
+        .state = { take((size_t)(n_cells * n_lanes), sizeof(uint16_t)),
+                   take((size_t)(n_cells * n_lanes), sizeof(uint16_t)) },
         .n_cells = n_cells,
         .n_steps = n_steps,
         .n_lanes = n_lanes,

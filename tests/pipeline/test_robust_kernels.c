@@ -51,7 +51,7 @@ static void test_a_path_stays_for_nothing_steps_for_p1_and_jumps_for_p2(void)
     enum { LANES = 16 };
     uint16_t costs[2 * LANES];
     uint16_t sums[2 * LANES];
-    uint16_t state[2][LANES + 2] = { { SHEF_MATCH_NO_LEVEL }, { SHEF_MATCH_NO_LEVEL } };
+    uint16_t state[2][LANES];
 
     for (int k = 0; k < 2 * LANES; k++) {
         costs[k] = SHEF_MATCH_NO_LEVEL;
@@ -66,7 +66,7 @@ static void test_a_path_stays_for_nothing_steps_for_p1_and_jumps_for_p2(void)
         .cell_stride = 2 * LANES,
         .step = LANES,
         .sums_step = LANES,
-        .state = { state[0] + 1, state[1] + 1 },
+        .state = { state[0], state[1] },
         .n_cells = 1,
         .n_steps = 2,
         .n_lanes = LANES,

@@ -28,6 +28,8 @@
 _Static_assert(SHEF_MATCH_NO_LEVEL - SHEF_MATCH_MAX_COST >
                    SHEF_MATCH_MAX_COST + SHEF_MATCH_MAX_PENALTY,
                "a lane without a level never wins");
+_Static_assert(SHEF_MATCH_NO_LEVEL > SHEF_MATCH_MAX_COST + SHEF_MATCH_MAX_PENALTY,
+               "what lies outside a cell's lanes never wins");
 _Static_assert(4 * (SHEF_MATCH_NO_LEVEL + SHEF_MATCH_MAX_PENALTY) <= UINT16_MAX,
                "four path costs fit a lane");
 
@@ -84,7 +86,8 @@ typedef void shef_match_costs_fn(uint16_t *costs, const struct shef_match_row *r
 /* Semi-global paths of n_cells independent cells, n_steps steps long. Each step:
  *   out[k] = cost[k] + min(prev[k], prev[k-1] + p1, prev[k+1] + p1, m + p2) - m, m = min(prev)
  *   sums[k] = out[k] + the addends
- * Before the first step nothing has been paid: prev = 0. Running several cells in step hides the
+ * Before the first step nothing has been paid: prev = 0. Outside the cell's lanes prev is NO_LEVEL,
+ * which is more than m + p2. Running several cells in step hides the
  * latency of each one's chain. */
 struct shef_match_path {
     const uint16_t *costs;     /* of the first cell at the first step */
@@ -93,8 +96,7 @@ struct shef_match_path {
     ptrdiff_t cell_stride;     /* lanes from one cell to the next: costs, addends and sums */
     ptrdiff_t step;            /* lanes from one step to the next: costs and the second addend */
     ptrdiff_t sums_step;       /* the same for sums and the first addend */
-    uint16_t *state[2];        /* n_cells * n_lanes of path costs, their content does not matter;
-                                * a lane before each holds NO_LEVEL, one behind is a spare */
+    uint16_t *state[2];        /* n_cells * n_lanes of path costs, their content does not matter */
     int32_t n_cells;           /* 1..SHEF_MATCH_PATH_CELLS */
     int32_t n_steps;
     int32_t n_lanes;

@@ -9,6 +9,12 @@ static inline vec vec_load_first(const void *from, int32_t n)
     return _mm256_loadu_si256((const __m256i *)from);
 }
 
+static inline vec vec_load_filled(const void *from, int32_t n, vec fill)
+{
+    (void)fill;
+    return vec_load_first(from, n);
+}
+
 static inline void vec_store_first(void *to, vec a, int32_t n)
 {
     (void)n;
@@ -18,6 +24,18 @@ static inline void vec_store_first(void *to, vec a, int32_t n)
 static inline vec vec_iota(void)
 {
     return _mm256_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+}
+
+/* Lane k is lane k - 1; the first is the last of what lies before. */
+static inline vec vec_moved_up(vec before, vec a)
+{
+    return _mm256_alignr_epi8(a, _mm256_permute2x128_si256(before, a, 0x21), 14);
+}
+
+/* Lane k is lane k + 1; the last is the first of what comes next. */
+static inline vec vec_moved_down(vec a, vec next)
+{
+    return _mm256_alignr_epi8(_mm256_permute2x128_si256(a, next, 0x21), a, 2);
 }
 
 static inline vec vec_mul(vec a, vec b)

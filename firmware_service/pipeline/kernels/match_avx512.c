@@ -11,6 +11,13 @@ static inline vec vec_load_first(const void *from, int32_t n)
                           : _mm512_zextsi256_si512(_mm256_loadu_si256((const __m256i *)from));
 }
 
+/* Lanes that are not loaded are those of fill. */
+static inline vec vec_load_filled(const void *from, int32_t n, vec fill)
+{
+    return n >= VEC_LANES ? _mm512_loadu_si512(from)
+                          : _mm512_inserti64x4(fill, _mm256_loadu_si256((const __m256i *)from), 0);
+}
+
 static inline void vec_store_first(void *to, vec a, int32_t n)
 {
     if (n >= VEC_LANES)
@@ -24,6 +31,18 @@ static inline vec vec_iota(void)
     return _mm512_cvtepu8_epi16(_mm256_setr_epi8(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14,
                                                  15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27,
                                                  28, 29, 30, 31));
+}
+
+/* Lane k is lane k - 1; the first is the last of what lies before. */
+static inline vec vec_moved_up(vec before, vec a)
+{
+    return _mm512_permutex2var_epi16(before, _mm512_add_epi16(vec_iota(), vec_set1(31)), a);
+}
+
+/* Lane k is lane k + 1; the last is the first of what comes next. */
+static inline vec vec_moved_down(vec a, vec next)
+{
+    return _mm512_permutex2var_epi16(a, _mm512_add_epi16(vec_iota(), vec_set1(1)), next);
 }
 
 static inline vec vec_mul(vec a, vec b)

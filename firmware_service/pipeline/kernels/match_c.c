@@ -101,9 +101,9 @@ static uint16_t path_step(const struct shef_match_path *path, ptrdiff_t at, ptrd
     int32_t out_min = UINT16_MAX;
 
     for (int32_t k = 0; k < path->n_lanes; k++) {
-        /* Lane -1 is a lane without a level, the cell before's last or the spare one. Beyond the
-         * last lane lies a level of the next cell, which only reaches a lane without a level. */
-        const int32_t side = min_of(prev[k - 1], prev[k + 1]) + path->p1;
+        const int32_t below = k > 0 ? prev[k - 1] : SHEF_MATCH_NO_LEVEL;
+        const int32_t above = k + 1 < path->n_lanes ? prev[k + 1] : SHEF_MATCH_NO_LEVEL;
+        const int32_t side = min_of(below, above) + path->p1;
         const int32_t jump = lowest + path->p2;
         const int32_t value = path->costs[at + k] + min_of(prev[k], min_of(side, jump)) - lowest;
         const int32_t first = path->addend[0] ? path->addend[0][sums_at + k] : 0;

@@ -9,6 +9,12 @@ static inline vec vec_load_first(const void *from, int32_t n)
     return vreinterpretq_s16_u8(vld1q_u8(from));
 }
 
+static inline vec vec_load_filled(const void *from, int32_t n, vec fill)
+{
+    (void)fill;
+    return vec_load_first(from, n);
+}
+
 static inline void vec_store_first(void *to, vec a, int32_t n)
 {
     (void)n;
@@ -20,6 +26,18 @@ static inline vec vec_iota(void)
     static const int16_t lanes[VEC_LANES] = { 0, 1, 2, 3, 4, 5, 6, 7 };
 
     return vld1q_s16(lanes);
+}
+
+/* Lane k is lane k - 1; the first is the last of what lies before. */
+static inline vec vec_moved_up(vec before, vec a)
+{
+    return vextq_s16(before, a, VEC_LANES - 1);
+}
+
+/* Lane k is lane k + 1; the last is the first of what comes next. */
+static inline vec vec_moved_down(vec a, vec next)
+{
+    return vextq_s16(a, next, 1);
 }
 
 static inline vec vec_mul(vec a, vec b)

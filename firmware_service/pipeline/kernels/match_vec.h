@@ -100,12 +100,17 @@ static void costs_vec(uint16_t *costs, const struct shef_match_row *row)
     }
 }
 
-/* The path is taken by value: vector stores may alias anything but a local. */
+/* The path is taken by value: vector stores may alias anything but a local.
+ *
+ * The state was stored a few cells ago and is still on its way to the cache: a load gets it from
+ * there without waiting only if it asks for the same bytes that one store wrote. So the lanes'
+ * neighbours come out of registers. */
 static inline __attribute__((always_inline)) void path_cells(const struct shef_match_path path,
                                                              int32_t n_lanes, int n_addends)
 {
     const vec p1 = vec_set1((int16_t)path.p1);
     const vec p2 = vec_set1((int16_t)path.p2);
+    const vec outside = vec_set1(SHEF_MATCH_NO_LEVEL);
     uint16_t lowest[SHEF_MATCH_PATH_CELLS] = { 0 };
 
     memset(path.state[0], 0, (size_t)path.n_cells * (size_t)n_lanes * sizeof(uint16_t));
@@ -122,16 +127,23 @@ static inline __attribute__((always_inline)) void path_cells(const struct shef_m
             const vec low = vec_set1((int16_t)lowest[i]);
             const vec jump = vec_add(low, p2);
             vec smallest = vec_set1(-1);
+            vec before = outside;
+            vec here = vec_load_filled(prev, n_lanes, outside);
 
             for (int32_t k = 0; k < n_lanes; k += VEC_LANES) {
                 const int32_t n = n_lanes - k;
-                const vec sides = vec_min_unsigned(vec_load_first(prev + k - 1, n),
-                                                   vec_load_first(prev + k + 1, n));
+                const vec next = n > VEC_LANES
+                                     ? vec_load_filled(prev + k + VEC_LANES, n - VEC_LANES, outside)
+                                     : outside;
+                const vec sides =
+                    vec_min_unsigned(vec_moved_up(before, here), vec_moved_down(here, next));
                 const vec move = vec_min_unsigned(vec_add(sides, p1), jump);
-                const vec value =
-                    vec_add(vec_load_first(cost + k, n),
-                            vec_sub(vec_min_unsigned(vec_load_first(prev + k, n), move), low));
+                const vec value = vec_add(vec_load_first(cost + k, n),
+                                          vec_sub(vec_min_unsigned(here, move), low));
                 vec total = value;
+
+                before = here;
+                here = next;
 
                 smallest = vec_min_of_first(smallest, value, n);
                 if (n_addends > 0)
