@@ -63,7 +63,7 @@ static void test_confidence_is_said_to_hold_after_the_bias(void)
 {
     char maps[4096];
 
-    TEST_ASSERT_NOT_NULL(strstr(program_run("match --help")->out, "after the declared"));
+    TEST_ASSERT_NOT_NULL(strstr(program_run("match --help")->out, "declared bias, see"));
     snprintf(maps, sizeof maps, "%s", pairs_match("promised", ""));
     TEST_ASSERT_NOT_NULL(
         strstr(program_run("eval --disparity %s --gt %s/gt", maps, pairs_data())->out,
