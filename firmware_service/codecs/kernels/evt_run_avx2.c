@@ -2,7 +2,7 @@
 #include <immintrin.h>
 
 #include "codecs/evt_word.h"
-#include "codecs/kernels/evt_run.h"
+#include "codecs/kernels/evt_run_parts.h"
 
 /* How far ahead words are fetched: the processor's own prefetching lags behind this loop where
  * they come from memory (130 MB of EVT2: 1.47 to 2.10 Gev/s on Zen 5). */
@@ -137,8 +137,7 @@ struct state {
     struct shef_event *out;
     __m256i high_us;
     __m256i low_row; /* TIME_LOW in the upper 16 bits, row in the lower */
-    uint32_t base;   /* x of the next vector, polarity in bit 31 */
-    bool base_known;
+    struct shef_evt3_base base;
     uint32_t n_back;
 };
 
@@ -204,12 +203,6 @@ static inline uint32_t take_singles(struct state *state, const uint8_t *words, _
     return n_taken;
 }
 
-/* The base of vectors, as part of an event: its x, and its polarity in bit 31. */
-static inline uint32_t base_of(uint32_t word)
-{
-    return (word & 0x7ff) | (word & 0x800) << 20;
-}
-
 /* Takes VECT_BASE_X and whole groups; returns how many words there were. */
 static inline size_t take_vectors(struct state *state, const uint8_t *words, size_t n_words,
                                   uint32_t width_px, const struct shef_event *full)
@@ -220,23 +213,16 @@ static inline size_t take_vectors(struct state *state, const uint8_t *words, siz
     size_t i = 0;
 
     for (; i + 4 <= n_words; i += SHEF_EVT3_GROUP_WORDS) {
-        uint64_t four = shef_load_u64(words + i * 2);
+        size_t n_bases;
+        uint32_t mask;
+        const bool is_group =
+            shef_evt3_group(&state->base, words + i * 2, width_px, &n_bases, &mask);
 
-        if ((four & 0xf000) == SHEF_EVT3_BASE << 12) {
-            state->base = base_of((uint32_t)four & 0xfff);
-            state->base_known = true;
-            four >>= 16;
-            i++;
-        }
-        if ((four & 0xf000f000f000) != 0x500040004000 || !state->base_known ||
-            (state->base & 0xffff) + 32 > width_px || state->out > full)
+        i += n_bases;
+        if (!is_group || state->out > full)
             break;
-
-        const uint32_t mask =
-            (uint32_t)((four & 0xfff) | (four >> 4 & 0xfff000) | (four >> 8 & 0xff000000));
-
-        state->out = put_vector(state->out, mask, t_us, state->base + (low_row << 16));
-        state->base += 32;
+        state->out = put_vector(state->out, mask, t_us, state->base.x_on + (low_row << 16));
+        state->base.x_on += 32;
     }
     return i;
 }
@@ -250,8 +236,7 @@ size_t shef_evt3_run_avx2(struct shef_evt_run *run, const uint8_t *words, size_t
         .out = run->events + run->n_events,
         .high_us = _mm256_set1_epi32((int32_t)run->high_us),
         .low_row = _mm256_set1_epi32((int32_t)(run->low_us << 16 | run->row_px)),
-        .base = run->base_px | (uint32_t)run->base_on << 31,
-        .base_known = run->base_known,
+        .base = shef_evt3_base_of(run),
     };
     size_t i = 0;
     size_t start = SIZE_MAX;
@@ -269,8 +254,6 @@ size_t shef_evt3_run_avx2(struct shef_evt_run *run, const uint8_t *words, size_t
     run->n_back += state.n_back;
     run->low_us = low_row >> 16;
     run->row_px = low_row & 0xffff;
-    run->base_px = state.base & 0xffff;
-    run->base_on = state.base >> 31;
-    run->base_known = state.base_known;
+    shef_evt3_base_keep(&state.base, run);
     return i + shef_evt3_run_c(run, words + i * 2, n_words - i);
 }

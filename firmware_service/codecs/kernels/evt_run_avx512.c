@@ -2,7 +2,7 @@
 #include <immintrin.h>
 
 #include "codecs/evt_word.h"
-#include "codecs/kernels/evt_run.h"
+#include "codecs/kernels/evt_run_parts.h"
 
 /* How far ahead words are fetched: the processor's own prefetching lags behind this loop where
  * they come from memory (130 MB of EVT2: 1.47 to 2.10 Gev/s on Zen 5). */
@@ -90,24 +90,12 @@ size_t shef_evt21_run_avx512(struct shef_evt_run *run, const uint8_t *words, siz
 {
     struct shef_event *const full = run->events + run->capacity - SHEF_EVT_RUN_ROOM;
     struct shef_event *out = run->events + run->n_events;
+    struct shef_evt21_vector vector;
     size_t i = 0;
 
-    for (; i < n_words && out <= full; i++) {
-        const uint64_t word = shef_evt21_order(shef_load_u64(words + i * 8), run->upper_first);
-        const uint32_t type = (uint32_t)(word >> 60);
-        const uint32_t low_us = (uint32_t)(word >> 54) & 0x3f;
-        const uint32_t x_px = (uint32_t)(word >> 43) & 0x7ff;
-        const uint32_t y_px = (uint32_t)(word >> 32) & 0x7ff;
-        const uint32_t mask = (uint32_t)word;
-        const uint32_t n_px = mask ? 32 - (uint32_t)__builtin_clz(mask) : 0;
-
-        if (type > SHEF_EVT2_ON || y_px >= run->height_px || x_px + n_px > run->width_px)
-            break;
-        run->n_back += low_us < run->low_us;
-        run->low_us = low_us;
-        out = put_vector(out, mask, _mm512_set1_epi32((int32_t)(run->high_us + low_us)),
-                         x_px | y_px << 16 | type << 31);
-    }
+    for (; i < n_words && out <= full && shef_evt21_take(run, words + i * 8, &vector); i++)
+        out = put_vector(out, vector.mask, _mm512_set1_epi32((int32_t)vector.t_us),
+                         vector.x_px | vector.y_on << 16);
     run->n_events = (uint32_t)(out - run->events);
     return i;
 }
@@ -133,8 +121,7 @@ struct state {
     __m512i high_us;
     __m512i low_us;
     __m512i row_px;
-    uint32_t base; /* x of the next vector, polarity in bit 31 */
-    bool base_known;
+    struct shef_evt3_base base;
     uint32_t n_back;
 };
 
@@ -179,38 +166,25 @@ static inline uint32_t take_singles(struct state *state, const uint8_t *words, _
     return n_taken;
 }
 
-/* The base of vectors, as part of an event: its x, and its polarity in bit 31. */
-static inline uint32_t base_of(uint32_t word)
-{
-    return (word & 0x7ff) | (word & 0x800) << 20;
-}
-
 /* Takes VECT_BASE_X and whole groups; returns how many words there were. */
 static inline size_t take_vectors(struct state *state, const uint8_t *words, size_t n_words,
                                   uint32_t width_px, const struct shef_event *full)
 {
+    const uint32_t row_px = (uint32_t)_mm512_cvtsi512_si32(state->row_px);
+    const __m512i t_us = _mm512_add_epi32(state->high_us, state->low_us);
     size_t i = 0;
 
     for (; i + 4 <= n_words; i += SHEF_EVT3_GROUP_WORDS) {
-        uint64_t four = shef_load_u64(words + i * 2);
+        size_t n_bases;
+        uint32_t mask;
+        const bool is_group =
+            shef_evt3_group(&state->base, words + i * 2, width_px, &n_bases, &mask);
 
-        if ((four & 0xf000) == SHEF_EVT3_BASE << 12) {
-            state->base = base_of((uint32_t)four & 0xfff);
-            state->base_known = true;
-            four >>= 16;
-            i++;
-        }
-        if ((four & 0xf000f000f000) != 0x500040004000 || !state->base_known ||
-            (state->base & 0xffff) + 32 > width_px || state->out > full)
+        i += n_bases;
+        if (!is_group || state->out > full)
             break;
-
-        const uint32_t mask =
-            (uint32_t)((four & 0xfff) | (four >> 4 & 0xfff000) | (four >> 8 & 0xff000000));
-
-        state->out =
-            put_vector(state->out, mask, _mm512_add_epi32(state->high_us, state->low_us),
-                       state->base + ((uint32_t)_mm512_cvtsi512_si32(state->row_px) << 16));
-        state->base += 32;
+        state->out = put_vector(state->out, mask, t_us, state->base.x_on + (row_px << 16));
+        state->base.x_on += 32;
     }
     return i;
 }
@@ -225,8 +199,7 @@ size_t shef_evt3_run_avx512(struct shef_evt_run *run, const uint8_t *words, size
         .high_us = _mm512_set1_epi32((int32_t)run->high_us),
         .low_us = _mm512_set1_epi32((int32_t)run->low_us),
         .row_px = _mm512_set1_epi32((int32_t)run->row_px),
-        .base = run->base_px | (uint32_t)run->base_on << 31,
-        .base_known = run->base_known,
+        .base = shef_evt3_base_of(run),
     };
     size_t i = 0;
     size_t start = SIZE_MAX;
@@ -241,8 +214,6 @@ size_t shef_evt3_run_avx512(struct shef_evt_run *run, const uint8_t *words, size
     run->n_back += state.n_back;
     run->low_us = (uint32_t)_mm512_cvtsi512_si32(state.low_us);
     run->row_px = (uint32_t)_mm512_cvtsi512_si32(state.row_px);
-    run->base_px = state.base & 0xffff;
-    run->base_on = state.base >> 31;
-    run->base_known = state.base_known;
+    shef_evt3_base_keep(&state.base, run);
     return i + shef_evt3_run_c(run, words + i * 2, n_words - i);
 }

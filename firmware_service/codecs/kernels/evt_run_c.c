@@ -1,6 +1,7 @@
 #include "codecs/kernels/evt_run.h"
 
 #include "codecs/evt_word.h"
+#include "codecs/kernels/evt_run_parts.h"
 
 static bool has_room(const struct shef_evt_run *run)
 {
@@ -46,23 +47,11 @@ static void put_vector(struct shef_evt_run *run, uint32_t mask, uint32_t t_us, u
 
 size_t shef_evt21_run_c(struct shef_evt_run *run, const uint8_t *words, size_t n_words)
 {
+    struct shef_evt21_vector vector;
     size_t i = 0;
 
-    for (; i < n_words && has_room(run); i++) {
-        const uint64_t word = shef_evt21_order(shef_load_u64(words + i * 8), run->upper_first);
-        const uint32_t type = (uint32_t)(word >> 60);
-        const uint32_t low_us = (uint32_t)(word >> 54) & 0x3f;
-        const uint32_t x_px = (uint32_t)(word >> 43) & 0x7ff;
-        const uint32_t y_px = (uint32_t)(word >> 32) & 0x7ff;
-        const uint32_t mask = (uint32_t)word;
-        const uint32_t n_px = mask ? 32 - (uint32_t)__builtin_clz(mask) : 0;
-
-        if (type > SHEF_EVT2_ON || y_px >= run->height_px || x_px + n_px > run->width_px)
-            break;
-        run->n_back += low_us < run->low_us;
-        run->low_us = low_us;
-        put_vector(run, mask, run->high_us + low_us, x_px, y_px | type << 15);
-    }
+    for (; i < n_words && has_room(run) && shef_evt21_take(run, words + i * 8, &vector); i++)
+        put_vector(run, vector.mask, vector.t_us, vector.x_px, vector.y_on);
     return i;
 }
 
