@@ -226,6 +226,15 @@ static void use_buffer(struct shef_filter_stage *stage, const struct shef_event_
     count(stage, shef_host_time_since(shef_clock_now(clock), start));
 }
 
+/* Nothing has happened up to an instant. */
+static void use_time(struct shef_filter_stage *stage, const struct shef_event_item *item)
+{
+    shef_event_batch_clear(&stage->batch);
+    stage->batch.base_us = item->reached_us;
+    stage->batch.reached_us = item->reached_us;
+    use_batch(stage, item);
+}
+
 void shef_filter_thread(void *context)
 {
     struct shef_filter_stage *stage = context;
@@ -237,6 +246,8 @@ void shef_filter_thread(void *context)
         while (shef_link_pop(stage->raw_events, &item) == SHEF_OK) {
             if (item.raw.buffer)
                 use_buffer(stage, &item);
+            else if (!item.has_ended)
+                use_time(stage, &item);
             else
                 (void)shef_push_surely(stage->to_stereo, &end, stage->params.pace, stage->wake);
             shef_pace_done(stage->params.pace);

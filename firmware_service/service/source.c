@@ -193,6 +193,9 @@ static enum shef_err read_poses(struct shef_source *source, struct shef_error *e
     return code == SHEF_ERR_NOT_FOUND ? SHEF_OK : code;
 }
 
+/* What the snapshots of the last frames still need of event time: 25 ms after mid-exposure. */
+#define TAIL_NS (30 * SHEF_NS_PER_MS)
+
 /* A pass takes whole frame periods, so that the triggers' rhythm goes on, and more than any part
  * lasts, so that no time steps back. */
 static void measure(struct shef_source *source)
@@ -220,6 +223,8 @@ static void measure(struct shef_source *source)
         max_i64(source->pass_ns, shef_event_time_since(clock->last_event, clock->event));
     source->pass_ns =
         (source->pass_ns / period_ns + 3) * period_ns / SHEF_NS_PER_US * SHEF_NS_PER_US;
+    /* Not as far as the next pass: whatever lies between them is at least two periods. */
+    source->tail_ns = period_ns * 3 / 2 < TAIL_NS ? period_ns * 3 / 2 : TAIL_NS;
 }
 
 static enum shef_err open_source(const char *path, const char *calibration_path, bool with_buffers,

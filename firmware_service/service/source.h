@@ -54,9 +54,10 @@ struct shef_source {
     /* Poses; none: n is 0. */
     struct shef_pose_track poses;
     /* The whole recording. */
-    shef_host_time begins;               /* the first arrival of anything */
-    int64_t length_ns;                   /* from there to the last arrival */
-    int64_t pass_ns;                     /* from pass to pass when looped */
+    shef_host_time begins; /* the first arrival of anything */
+    int64_t length_ns;     /* from there to the last arrival */
+    int64_t pass_ns;       /* from pass to pass when looped */
+    int64_t tail_ns;       /* between two passes event time goes on for so long without events */
     char warning[SHEF_ERROR_TEXT_BYTES]; /* what is odd about it; "" if nothing is */
 };
 

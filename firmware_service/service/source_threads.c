@@ -8,6 +8,9 @@
 /* Buffers come back without a signal; there are so many that waiting for one is rare. */
 #define BUFFER_WAIT_MS 1
 
+/* As often as a sensor without events tells the time. */
+#define TAIL_STEP_NS (2 * SHEF_NS_PER_MS)
+
 static_assert(SHEF_EVT_STATE_BYTES == SHEF_BLOCK_STATE_BYTES, "blocks keep the decoder's state");
 
 /* What to add to a recorded arrival time. */
@@ -31,6 +34,33 @@ static bool goes_on(const struct shef_playback *playback)
 
 /* ---- events ----------------------------------------------------------------------------- */
 
+/* The clock of a sensor goes on when there is nothing to see. So that the last frames of a pass
+ * need not wait for the next one, it does so here for a while. False: the service stops. */
+static bool end_pass(struct shef_playback *playback, struct shef_wake *own, uint32_t pass)
+{
+    const struct shef_source *source = playback->source;
+    const struct shift shift = shift_of(playback, pass);
+    struct shef_event_item item = {
+        .pass = pass,
+        .follows = true,
+        .time_shift_us = shift.recorded_ns / SHEF_NS_PER_US,
+    };
+
+    for (int64_t ns = TAIL_STEP_NS; ns <= source->tail_ns; ns += TAIL_STEP_NS) {
+        const shef_host_time recorded = shef_host_time_add(source->clock.last_arrived, ns);
+
+        item.raw.arrived = shef_host_time_add(recorded, shift.live_ns);
+        item.reached_us = (source->clock.last_event.ns + ns) / SHEF_NS_PER_US;
+        if (!shef_pace_wait(&playback->pace, SHEF_PACE_EVENTS,
+                            shef_host_time_add(recorded, shift.recorded_ns)))
+            return false;
+        /* A full ring costs a little time, no data; the link counts it. */
+        (void)shef_push_in_time(playback->to_filter, &item, &playback->pace, own);
+        shef_pace_went(&playback->pace, SHEF_PACE_EVENTS);
+    }
+    return true;
+}
+
 /* The next buffer of the recording; goes on with the next pass if it is looped.
  * SHEF_ERR_EMPTY: that was all, or all that is of use. */
 static enum shef_err next_buffer(struct shef_playback *playback, struct shef_wake *own,
@@ -44,6 +74,8 @@ static enum shef_err next_buffer(struct shef_playback *playback, struct shef_wak
         if (code == SHEF_ERR_FULL) {
             shef_wake_wait(own, BUFFER_WAIT_MS);
         } else if (code == SHEF_ERR_EMPTY && playback->config.source.loop && !begins_pass) {
+            if (!end_pass(playback, own, item->pass))
+                break;
             shef_replay_rewind(playback->source->events);
             item->pass++;
             begins_pass = true;
@@ -112,7 +144,7 @@ void shef_events_thread(void *context)
         return;
     if (code != SHEF_ERR_EMPTY)
         shef_playback_fail(playback, &err);
-    item = (struct shef_event_item){ .pass = item.pass };
+    item = (struct shef_event_item){ .pass = item.pass, .has_ended = true };
     (void)shef_push_surely(playback->to_filter, &item, &playback->pace, own);
     shef_pace_ended(&playback->pace, SHEF_PACE_EVENTS);
 }

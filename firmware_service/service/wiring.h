@@ -39,7 +39,9 @@ extern "C" {
 
 /* A looped recording is played in passes, counted from 0. Times go on from pass to pass. */
 struct shef_event_item {
-    struct shef_raw_packet raw; /* buffer NULL: the source has ended, nothing follows */
+    struct shef_raw_packet raw; /* buffer NULL: no bytes, see the next two */
+    bool has_ended;             /* nothing follows */
+    int64_t reached_us;         /* event time has come as far as this without an event */
     uint32_t pass;
     bool follows;          /* nothing is missing before it; otherwise decoding starts anew */
     int64_t time_shift_us; /* to be added to what is decoded */

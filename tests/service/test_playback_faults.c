@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "core/cpu.h"
@@ -179,6 +180,54 @@ static void test_no_frame_waits_for_others_not_even_the_first_ones_of_a_pass(voi
     shef_service_destroy(service);
 }
 
+/* Plays one pass live, the next one being ten minutes away. Returns how many frames were not
+ * paired with a snapshot in time. */
+static int64_t unpaired_in_a_lone_pass(const char *recording)
+{
+    struct shef_config config = config_of(recording);
+    struct shef_error err = { 0 };
+    struct shef_service *service;
+    int64_t n_unpaired = 0;
+    int64_t n_done = 0;
+
+    config.source.loop = true;
+    config.source.pace = SHEF_PACE_RECORDED;
+    TEST_ASSERT_EQUAL_MESSAGE(SHEF_OK, shef_service_create(&config, &service, &err), err.text);
+    service->playback->source->pass_ns += 600 * SHEF_NS_PER_S;
+    TEST_ASSERT_EQUAL_MESSAGE(SHEF_OK, shef_service_start(service, &err), err.text);
+    for (int i = 0; i < 12000 && n_done < PLAYED_FRAMES; i++) {
+        json_t *status = played_ask(service, "status", NULL);
+
+        n_done =
+            played_number(status, "frames.n_published") + played_number(status, "frames.n_lost");
+        n_unpaired = played_number(status, "frames.lost_by.no_pair");
+        json_decref(status);
+        usleep(5000);
+    }
+    TEST_ASSERT_EQUAL_INT64(PLAYED_FRAMES, n_done);
+    shef_service_stop(service);
+    shef_service_destroy(service);
+    return n_unpaired;
+}
+
+static void test_the_last_frames_of_a_pass_need_not_wait_for_the_next_one(void)
+{
+    const char *recording = copy_of_recording("early");
+    int64_t n_unpaired = 1;
+
+    char path[600];
+    struct stat whole;
+
+    /* The events end before the last frame's snapshot is complete. */
+    snprintf(path, sizeof path, "%s/events/000000.raw", recording);
+    TEST_ASSERT_EQUAL_INT(0, stat(path, &whole));
+    TEST_ASSERT_EQUAL_INT(0, truncate(path, whole.st_size * 88 / 100));
+    /* A frame waits 100 ms for its snapshot; a computer that is busy elsewhere may need longer. */
+    for (int i = 0; i < 10 && n_unpaired > 0; i++)
+        n_unpaired = unpaired_in_a_lone_pass(recording);
+    TEST_ASSERT_EQUAL_INT64(0, n_unpaired);
+}
+
 static void test_the_first_pair_is_found_also_where_the_first_frame_was_lost(void)
 {
     struct shef_config config = config_of(copy_of_recording("late"));
@@ -314,6 +363,7 @@ int main(void)
     RUN_TEST(test_whichever_source_fails_the_others_end_too);
     RUN_TEST(test_behind_a_damaged_block_decoding_goes_on_as_offline);
     RUN_TEST(test_no_frame_waits_for_others_not_even_the_first_ones_of_a_pass);
+    RUN_TEST(test_the_last_frames_of_a_pass_need_not_wait_for_the_next_one);
     RUN_TEST(test_the_first_pair_is_found_also_where_the_first_frame_was_lost);
     RUN_TEST(test_another_source_has_not_ended_because_the_one_before_had);
     RUN_TEST(test_a_path_without_a_recording_leaves_what_plays_alone);
