@@ -18,6 +18,22 @@ static int64_t max_i64(int64_t a, int64_t b)
     return a > b ? a : b;
 }
 
+static enum shef_err fail_folder(const char *path, int os_errno, struct shef_error *err)
+{
+    if (os_errno == EACCES)
+        return shef_fail(err, SHEF_ERR_PERMISSION,
+                         "play '%s': Permission denied; shefd runs as user %u, who must be able to "
+                         "read the folder and all above it",
+                         path, (unsigned)geteuid());
+    if (os_errno == ENOENT &&
+        (strncmp(path, "/tmp/", 5) == 0 || strncmp(path, "/var/tmp/", 9) == 0))
+        return shef_fail(err, SHEF_ERR_NOT_FOUND,
+                         "play '%s': shefd sees no such folder; as a service it has a /tmp of its "
+                         "own, so put the recording elsewhere",
+                         path);
+    return shef_fail_os(err, os_errno, "play '%s'", path);
+}
+
 /* A name that leads nowhere, or where this user may not look, is not the same as a folder that is
  * no recording. */
 static enum shef_err check_folder(const char *path, struct shef_error *err)
@@ -25,7 +41,7 @@ static enum shef_err check_folder(const char *path, struct shef_error *err)
     DIR *folder = opendir(path);
 
     if (!folder)
-        return shef_fail_os(err, errno, "play '%s'", path);
+        return fail_folder(path, errno, err);
     closedir(folder);
     return SHEF_OK;
 }

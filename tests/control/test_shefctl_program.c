@@ -203,6 +203,37 @@ static void test_top_looks_as_often_as_it_is_told_to(void)
     TEST_ASSERT_NULL_MESSAGE(strchr(ctl.out, '\033'), "commands for a terminal in a file");
 }
 
+static void test_errors_are_json_as_well_where_that_was_wanted(void)
+{
+    json_t *root;
+    const json_t *error;
+
+    start_usual();
+    run("--json mode magic");
+    TEST_ASSERT_EQUAL_INT(4, ctl.status);
+    TEST_ASSERT_EQUAL_STRING("shefctl: there is no mode 'magic'\n", ctl.err);
+    root = json_loads(ctl.out, 0, NULL);
+    error = json_object_get(root, "error");
+    TEST_ASSERT_EQUAL_STRING("invalid", json_string_value(json_object_get(error, "code")));
+    TEST_ASSERT_EQUAL_STRING("there is no mode 'magic'",
+                             json_string_value(json_object_get(error, "text")));
+    json_decref(root);
+    run("--json dance");
+    TEST_ASSERT_EQUAL_INT(1, ctl.status);
+    root = json_loads(ctl.out, 0, NULL);
+    TEST_ASSERT_TRUE(json_is_object(json_object_get(root, "error")));
+    json_decref(root);
+}
+
+static void test_top_ends_when_nobody_can_read_it(void)
+{
+    const struct shef_test_process_manner full = { .out_path = "/dev/full" };
+
+    start_usual();
+    shef_test_process_run(&ctl, "shefctl", &full, "--socket %s top --interval 3600", socket_path);
+    expect_failure(4, "cannot be written to standard output");
+}
+
 static void test_json_is_json(void)
 {
     json_t *root;
@@ -258,6 +289,8 @@ int main(void)
     RUN_TEST(test_a_broken_picture_leaves_no_file);
     RUN_TEST(test_top_looks_as_often_as_it_is_told_to);
     RUN_TEST(test_json_is_json);
+    RUN_TEST(test_errors_are_json_as_well_where_that_was_wanted);
+    RUN_TEST(test_top_ends_when_nobody_can_read_it);
     RUN_TEST(test_play_sends_a_full_path);
     RUN_TEST(test_what_the_service_declines_is_said_in_its_words);
     RUN_TEST(test_who_comes_too_many_is_refused);

@@ -96,6 +96,8 @@ static void test_mistakes_are_named(void)
 {
     expect_refused("", "no command; see shefctl --help");
     expect_refused("dance", "'dance' is no command; see shefctl --help");
+    expect_refused("statsu", "'statsu' is no command; is 'status' meant?");
+    expect_refused("top --count 1.5", "--count 1.5: needs a whole number from 1 to 1000000");
     expect_refused("record", "'record' needs a second word: start, stop or list");
     expect_refused("record paint", "'record' needs a second word: start, stop or list");
     expect_refused("snapshot", "'snapshot' needs OUT.png; see shefctl --help");
@@ -106,6 +108,47 @@ static void test_mistakes_are_named(void)
     expect_refused("top --interval", "--interval needs a value; see --help");
     expect_refused("play x --pace slow", "--pace slow: needs recorded, stepped or fast");
     expect_refused("status --nonsense", "--nonsense is no option of shefctl; see --help");
+}
+
+static void test_a_mistake_is_said_in_json_where_that_was_wanted(void)
+{
+    TEST_ASSERT_EQUAL(SHEF_ERR_INVALID, parse("--json dance"));
+    TEST_ASSERT_TRUE(options.json);
+    TEST_ASSERT_EQUAL(SHEF_ERR_INVALID, parse("dance"));
+    TEST_ASSERT_FALSE(options.json);
+}
+
+static char *help_of(const char *line)
+{
+    char *text = NULL;
+    size_t n_bytes;
+    FILE *out = open_memstream(&text, &n_bytes);
+
+    TEST_ASSERT_EQUAL_MESSAGE(SHEF_OK, parse(line), err.text);
+    TEST_ASSERT_TRUE(options.help);
+    shef_ctl_options_help(options.command, out);
+    fclose(out);
+    return text;
+}
+
+static void test_a_command_has_a_help_of_its_own(void)
+{
+    char *text = help_of("--help");
+
+    TEST_ASSERT_NOT_NULL(strstr(text, "  snapshot OUT.png"));
+    TEST_ASSERT_NOT_NULL(strstr(text, "--count N"));
+    free(text);
+    text = help_of("play --help");
+    TEST_ASSERT_EQUAL_INT(0, strncmp(text, "Usage: shefctl [OPTIONS] play RECORDING\n", 40));
+    TEST_ASSERT_NOT_NULL(strstr(text, "--pace PACE"));
+    TEST_ASSERT_NOT_NULL(strstr(text, "--json"));
+    TEST_ASSERT_NULL(strstr(text, "--count N"));
+    TEST_ASSERT_NULL(strstr(text, "snapshot"));
+    free(text);
+    text = help_of("record list -h");
+    TEST_ASSERT_EQUAL_INT(0, strncmp(text, "Usage: shefctl [OPTIONS] record list\n", 37));
+    free(text);
+    free(help_of("dance --help"));
 }
 
 static void test_what_is_sent_with_a_command(void)
@@ -135,6 +178,8 @@ int main(void)
     RUN_TEST(test_options_may_stand_anywhere);
     RUN_TEST(test_the_socket_comes_from_the_option_the_environment_or_the_default);
     RUN_TEST(test_mistakes_are_named);
+    RUN_TEST(test_a_mistake_is_said_in_json_where_that_was_wanted);
+    RUN_TEST(test_a_command_has_a_help_of_its_own);
     RUN_TEST(test_what_is_sent_with_a_command);
     RUN_TEST(test_a_recording_that_is_not_there_is_not_asked_for);
     return UNITY_END();

@@ -1,5 +1,6 @@
 #include "support/process.h"
 
+#include <fcntl.h>
 #include <grp.h>
 #include <limits.h>
 #include <signal.h>
@@ -65,7 +66,8 @@ static void start(struct shef_test_process *process, const char *program,
     process->pid = fork();
     TEST_ASSERT_GREATER_OR_EQUAL_INT(0, (int)process->pid);
     if (process->pid == 0) {
-        dup2(process->out_fd, STDOUT_FILENO);
+        dup2(manner && manner->out_path ? open(manner->out_path, O_WRONLY) : process->out_fd,
+             STDOUT_FILENO);
         dup2(process->err_fd, STDERR_FILENO);
         become(manner);
         execv(path, words);

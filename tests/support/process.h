@@ -19,6 +19,7 @@ struct shef_test_process {
 struct shef_test_process_manner {
     uid_t uid;                  /* not 0: as this user, without groups and real-time rights */
     const char *environment[4]; /* "NAME=value", ended by NULL */
+    const char *out_path;       /* where standard output goes instead of `out`; NULL: there */
 };
 
 /* Starts build/<preset>/bin/PROGRAM with words separated by single spaces. */

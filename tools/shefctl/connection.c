@@ -24,6 +24,12 @@ static enum shef_ctl_status fail_connect(const char *path, int os_errno, struct 
                         "no shefd serves '%s'; start it ('systemctl start shefd'), or name its "
                         "socket with --socket",
                         path);
+    else if (os_errno == EAGAIN)
+        (void)shef_fail(
+            err, SHEF_ERR_TIMEOUT,
+            "shefd at '%s' has taken no connection for %d s; it hangs, or too many want "
+            "something of it",
+            path, SHEF_CTL_TIMEOUT_S);
     else
         (void)shef_fail_os(err, os_errno, "connect to shefd at '%s'", path);
     return SHEF_CTL_UNREACHABLE;
@@ -139,7 +145,7 @@ static enum shef_ctl_status take_refusal(const json_t *root, struct shef_error *
 enum shef_ctl_status shef_ctl_ask(const char *socket_path, const char *command, json_t *arguments,
                                   json_t **out_answer, struct shef_error *err)
 {
-    int fd;
+    int fd = -1;
     char *line;
     json_t *root;
     json_t *answer;

@@ -2,6 +2,7 @@
  * and nothing of what the answers mean. */
 #include <math.h>
 #include <signal.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,6 +13,7 @@
 #include "core/file.h"
 #include "shefctl/connection.h"
 #include "shefctl/options.h"
+#include "shefctl/screen.h"
 #include "shefctl/show.h"
 
 static volatile sig_atomic_t interrupted;
@@ -22,15 +24,15 @@ static void on_interrupt(int number)
     interrupted = 1;
 }
 
-static void print_answer(const struct shef_ctl_options *options, json_t *answer)
+static void print_answer(const struct shef_ctl_options *options, json_t *answer, FILE *out)
 {
     if (options->json) {
-        json_dumpf(answer, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(10));
-        fputc('\n', stdout);
+        json_dumpf(answer, out, JSON_INDENT(2) | JSON_REAL_PRECISION(10));
+        fputc('\n', out);
     } else if (json_object_size(answer) > 0) {
-        shef_show(answer, options->command->columns, stdout);
+        shef_show(answer, options->command->columns, out);
     } else {
-        printf("done\n");
+        fprintf(out, "done\n");
     }
 }
 
@@ -66,28 +68,53 @@ static enum shef_ctl_status ask_once(const struct shef_ctl_options *options, jso
     if (strcmp(options->command->name, "snapshot") == 0)
         status = save_picture(options, answer, err);
     if (status == SHEF_CTL_OK)
-        print_answer(options, answer);
+        print_answer(options, answer, stdout);
     json_decref(answer);
     return status;
 }
 
 /* A time of day for the first line of each look. */
-static void print_head(const struct shef_ctl_options *options, long n_looks)
+static void print_head(const struct shef_ctl_options *options, bool is_live, FILE *out)
 {
     const time_t now = time(NULL);
     struct tm local;
     char text[32];
 
-    if (options->json)
-        return;
     localtime_r(&now, &local);
     strftime(text, sizeof text, "%H:%M:%S", &local);
-    if (isatty(STDOUT_FILENO))
-        fputs("\033[H\033[2J", stdout); /* home, clear */
-    else if (n_looks > 0)
+    fprintf(out, "shefctl top, %s, every %g s%s\n\n", text, options->interval_s,
+            is_live ? "; Ctrl-C ends it" : "");
+}
+
+/* On a terminal in place of the look before. */
+static void show_live(const struct shef_ctl_options *options, json_t *answer)
+{
+    char *text = NULL;
+    size_t n_bytes;
+    int n_rows, n_columns;
+    FILE *memory = open_memstream(&text, &n_bytes);
+
+    if (!memory)
+        return;
+    print_head(options, true, memory);
+    print_answer(options, answer, memory);
+    fclose(memory);
+    shef_ctl_screen_size(STDOUT_FILENO, &n_rows, &n_columns);
+    shef_ctl_screen_show(text, n_rows, n_columns, stdout);
+    free(text);
+}
+
+static void show_look(const struct shef_ctl_options *options, json_t *answer, long n_looks)
+{
+    if (!options->json && isatty(STDOUT_FILENO)) {
+        show_live(options, answer);
+        return;
+    }
+    if (!options->json && n_looks > 0)
         fputc('\n', stdout);
-    printf("shefctl top, %s, every %g s%s\n\n", text, options->interval_s,
-           isatty(STDOUT_FILENO) ? "; Ctrl-C ends it" : "");
+    if (!options->json)
+        print_head(options, false, stdout);
+    print_answer(options, answer, stdout);
 }
 
 static enum shef_ctl_status look_again_and_again(const struct shef_ctl_options *options,
@@ -110,11 +137,14 @@ static enum shef_ctl_status look_again_and_again(const struct shef_ctl_options *
         status = shef_ctl_ask(options->socket, options->command->name, NULL, &answer, err);
         if (status != SHEF_CTL_OK)
             return interrupted ? SHEF_CTL_OK : status;
-        print_head(options, n_looks);
-        print_answer(options, answer);
-        fflush(stdout);
+        show_look(options, answer, n_looks);
         json_decref(answer);
+        /* Nobody reads it any more, or the disk is full: main() says so. */
+        if (fflush(stdout) != 0)
+            break;
     }
+    if (!options->json && isatty(STDOUT_FILENO))
+        fputc('\n', stdout);
     return SHEF_CTL_OK;
 }
 
@@ -132,6 +162,19 @@ static enum shef_ctl_status run(const struct shef_ctl_options *options, struct s
     return status;
 }
 
+/* Programs that asked for JSON read this in place of the answer. */
+static void print_error_json(const struct shef_error *err)
+{
+    json_t *text = json_string(err->text);
+    json_t *root = json_pack("{s:{s:s, s:o}}", "error", "code", shef_err_name(err->code), "text",
+                             text ? text : json_string("the reason is no UTF-8"));
+
+    json_dumpf(root, stdout, JSON_INDENT(2));
+    fputc('\n', stdout);
+    fflush(stdout);
+    json_decref(root);
+}
+
 int main(int argc, char **argv)
 {
     struct shef_ctl_options options;
@@ -141,7 +184,7 @@ int main(int argc, char **argv)
     if (shef_ctl_options_parse(argc, argv, &options, &err) != SHEF_OK)
         status = SHEF_CTL_USAGE;
     else if (options.help)
-        shef_ctl_options_help(stdout);
+        shef_ctl_options_help(options.command, stdout);
     else if (options.version)
         printf("shefctl %s\n", SHEF_VERSION);
     else
@@ -150,7 +193,10 @@ int main(int argc, char **argv)
         (void)shef_fail(&err, SHEF_ERR_IO, "the answer cannot be written to standard output");
         status = SHEF_CTL_FAILED;
     }
-    if (status != SHEF_CTL_OK)
+    if (status != SHEF_CTL_OK) {
+        if (options.json)
+            print_error_json(&err);
         fprintf(stderr, "shefctl: %s\n", err.text);
+    }
     return (int)status;
 }

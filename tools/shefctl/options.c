@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/words.h"
+
 #define COMMAND(name_, words_, help_, ...)                                                         \
     {                                                                                              \
         .name = name_, .words = words_, .help = help_, __VA_ARGS__                                 \
@@ -36,6 +38,9 @@ static const struct shef_ctl_command commands[] = {
 
 #define N_COMMANDS ((int)(sizeof commands / sizeof commands[0]))
 
+/* Letters of the options that only some commands know. */
+#define SOME_COMMANDS_OPTIONS "inlp"
+
 static const struct option long_options[] = {
     { "json", no_argument, NULL, 'j' },
     { "socket", required_argument, NULL, 's' },
@@ -48,31 +53,52 @@ static const struct option long_options[] = {
     { NULL, 0, NULL, 0 },
 };
 
-void shef_ctl_options_help(FILE *out)
-{
-    fprintf(out, "Usage: shefctl [OPTIONS] COMMAND\n\nTalks to the running shefd.\n\nCommands:\n");
-    for (int i = 0; i < N_COMMANDS; i++) {
-        char head[64];
+/* What the help says about options; those of some commands only have that command's letter. */
+static const struct {
+    char letter;
+    const char *text;
+} option_helps[] = {
+    { 'j', "  --json                 print the answer, or the error, as JSON\n"
+           "                         (docs/control.md)\n" },
+    { 's', "  --socket PATH          shefd's socket (default " SHEF_CTL_DEFAULT_SOCKET ",\n"
+           "                         or what SHEF_SOCKET says)\n" },
+    { 'i', "  --interval SECONDS     of top: time between two looks, 0.1 to 3600 s;\n"
+           "                         default 1\n" },
+    { 'n', "  --count N              of top: end after N looks (default: go on)\n" },
+    { 'l', "  --loop                 of play: start again at the end\n" },
+    { 'p', "  --pace PACE            of play: recorded, stepped or fast\n" },
+    { 'v', "  --version              print the version\n" },
+    { 'h', "  -h, --help             print this help, or that of a command\n" },
+};
 
-        snprintf(head, sizeof head, "%s %s", commands[i].name, commands[i].words);
-        fprintf(out, "  %-22s %s\n", head, commands[i].help);
+static void print_command(const struct shef_ctl_command *command, FILE *out)
+{
+    char head[64];
+
+    snprintf(head, sizeof head, "%s %s", command->name, command->words);
+    fprintf(out, "  %-22s %s\n", head, command->help);
+}
+
+void shef_ctl_options_help(const struct shef_ctl_command *command, FILE *out)
+{
+    if (command) {
+        fprintf(out, "Usage: shefctl [OPTIONS] %s%s%s\n\n", command->name,
+                *command->words ? " " : "", command->words);
+        print_command(command, out);
+    } else {
+        fprintf(out,
+                "Usage: shefctl [OPTIONS] COMMAND\n\nTalks to the running shefd.\n\nCommands:\n");
+        for (int i = 0; i < N_COMMANDS; i++)
+            print_command(&commands[i], out);
     }
-    fprintf(out,
-            "\nOptions:\n"
-            "  --json                 print the answer as JSON (docs/control.md)\n"
-            "  --socket PATH          shefd's socket (default %s,\n"
-            "                         or what SHEF_SOCKET says)\n"
-            "  --interval SECONDS     of top: time between two looks, 0.1 to 3600 s;\n"
-            "                         default 1\n"
-            "  --count N              of top: end after N looks (default: go on)\n"
-            "  --loop                 of play: start again at the end\n"
-            "  --pace PACE            of play: recorded, stepped or fast\n"
-            "  --version              print the version\n"
-            "  -h, --help             print this help\n\n"
-            "Exit status: 0 done, 1 the command line is wrong, 2 no service answers, 3\n"
-            "refused for this user or at this time, 4 failed. One sentence on standard\n"
-            "error says why.\n",
-            SHEF_CTL_DEFAULT_SOCKET);
+    fprintf(out, "\nOptions:\n");
+    for (size_t i = 0; i < sizeof option_helps / sizeof option_helps[0]; i++)
+        if (!command || !strchr(SOME_COMMANDS_OPTIONS, option_helps[i].letter) ||
+            strchr(command->options, option_helps[i].letter))
+            fputs(option_helps[i].text, out);
+    fprintf(out, "\nExit status: 0 done, 1 the command line is wrong, 2 no service answers, 3\n"
+                 "refused for this user or at this time, 4 failed. One sentence on standard\n"
+                 "error says why.\n");
 }
 
 static enum shef_err take_number(const char *option, const char *text, double min, double max,
@@ -112,8 +138,9 @@ static enum shef_err take_option(int found, char **argv, struct shef_ctl_options
     case 'i':
         return take_number("interval", optarg, 0.1, 3600, &options->interval_s, err);
     case 'n':
-        if (take_number("count", optarg, 1, 1e6, &count, err) != SHEF_OK)
-            return err->code;
+        if (take_number("count", optarg, 1, 1e6, &count, NULL) != SHEF_OK || count != floor(count))
+            return shef_fail(err, SHEF_ERR_INVALID,
+                             "--count %s: needs a whole number from 1 to 1000000", optarg);
         options->count = (long)count;
         return SHEF_OK;
     case 'l':
@@ -148,6 +175,34 @@ static int match_name(const struct shef_ctl_command *command, int n_words, char 
                : 0;
 }
 
+static enum shef_err fail_unknown(const char *word, struct shef_error *err)
+{
+    size_t least = SIZE_MAX;
+    const char *nearest = NULL;
+
+    for (int i = 0; i < N_COMMANDS; i++) {
+        const size_t distance = shef_words_distance(commands[i].name, word);
+
+        if (distance < least && shef_words_is_near(word, distance)) {
+            least = distance;
+            nearest = commands[i].name;
+        }
+    }
+    if (nearest)
+        return shef_fail(err, SHEF_ERR_INVALID, "'%s' is no command; is '%s' meant?", word,
+                         nearest);
+    return shef_fail(err, SHEF_ERR_INVALID, "'%s' is no command; see shefctl --help", word);
+}
+
+/* For `shefctl play --help`: the command, if the words name one. */
+static const struct shef_ctl_command *find_command(int n_words, char **words)
+{
+    for (int i = 0; i < N_COMMANDS && n_words > 0; i++)
+        if (match_name(&commands[i], n_words, words) > 0)
+            return &commands[i];
+    return NULL;
+}
+
 static enum shef_err take_words(int n_words, char **words, struct shef_ctl_options *options,
                                 struct shef_error *err)
 {
@@ -164,7 +219,7 @@ static enum shef_err take_words(int n_words, char **words, struct shef_ctl_optio
         return shef_fail(err, SHEF_ERR_INVALID,
                          "'record' needs a second word: start, stop or list");
     if (n_name == 0)
-        return shef_fail(err, SHEF_ERR_INVALID, "'%s' is no command; see shefctl --help", words[0]);
+        return fail_unknown(words[0], err);
     if (n_words - n_name < options->command->min_words)
         return shef_fail(err, SHEF_ERR_INVALID, "'%s' needs %s; see shefctl --help",
                          options->command->name, options->command->words);
@@ -206,16 +261,20 @@ enum shef_err shef_ctl_options_parse(int argc, char **argv, struct shef_ctl_opti
     optind = 0; /* glibc: forget an earlier scan */
     while (code == SHEF_OK && (found = getopt_long(argc, argv, ":h", long_options, NULL)) != -1) {
         code = take_option(found, argv, &options, err);
-        if (code == SHEF_OK && strchr("inlp", found) && !strchr(given, found))
+        if (code == SHEF_OK && strchr(SOME_COMMANDS_OPTIONS, found) && !strchr(given, found))
             given[strlen(given)] = (char)found;
     }
-    if (code == SHEF_OK && !options.help && !options.version) {
+    if (options.help) {
+        options.command = find_command(argc - optind, argv + optind);
+    } else if (code == SHEF_OK && !options.version) {
         code = take_words(argc - optind, argv + optind, &options, err);
         if (code == SHEF_OK)
             code = check_given(&options, given, err);
     }
     if (code == SHEF_OK)
         *out_options = options;
+    else
+        *out_options = (struct shef_ctl_options){ .json = options.json };
     return code;
 }
 

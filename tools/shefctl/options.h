@@ -26,7 +26,7 @@ struct shef_ctl_command {
 };
 
 struct shef_ctl_options {
-    const struct shef_ctl_command *command; /* NULL: help or version was asked for */
+    const struct shef_ctl_command *command; /* NULL: version, or help in general, was asked for */
     const char *word;                       /* NULL: none */
     const char *socket;
     bool json;
@@ -38,13 +38,14 @@ struct shef_ctl_options {
     long count;        /* of top; 0: until interrupted */
 };
 
-/* SHEF_ERR_INVALID: the sentence says what is wrong with the command line. Texts point into argv
- * and the environment. */
+/* SHEF_ERR_INVALID: the sentence says what is wrong with the command line; then only
+ * out_options->json is set, for how to say it. Texts point into argv and the environment. */
 SHEF_MUST_CHECK enum shef_err shef_ctl_options_parse(int argc, char **argv,
                                                      struct shef_ctl_options *out_options,
                                                      struct shef_error *err);
 
-void shef_ctl_options_help(FILE *out);
+/*   command  the one to explain; NULL: list them all */
+void shef_ctl_options_help(const struct shef_ctl_command *command, FILE *out);
 
 /* What to send with the command; json_decref() it.
  * SHEF_ERR_NOT_FOUND, ...: a path that leads nowhere. */
