@@ -130,7 +130,7 @@ static void write_checkable_unit(char *out_path, size_t n_bytes)
 
     snprintf(out_path, n_bytes, "%s/shefd.service", shef_test_temp_folder());
     snprintf(line, sizeof line,
-             "sed 's|^ExecStart=.*/shefd|ExecStart=%s/bin/shefd|' "
+             "sed 's|^\\(Exec[A-Za-z]*=\\)[^ ]*/shefd|\\1%s/bin/shefd|' "
              "'%s%s/lib/systemd/system/shefd.service' > '%s'",
              build, root, prefix, out_path);
     TEST_ASSERT_EQUAL_INT(0, run(line));
@@ -146,6 +146,18 @@ static void test_systemd_finds_no_fault_in_the_unit(void)
     snprintf(line, sizeof line, "systemd-analyze verify --man=no '%s' 2>&1", path);
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run(line), output);
     TEST_ASSERT_EQUAL_STRING("", output);
+}
+
+/* `systemctl reload` only says how its commands ended, and a signal always ends well. */
+static void test_a_reload_looks_at_the_settings_first(void)
+{
+    char line[3 * PATH_MAX];
+
+    snprintf(line, sizeof line, "grep '^ExecReload=' '%s%s/lib/systemd/system/shefd.service'", root,
+             prefix);
+    TEST_ASSERT_EQUAL_INT(0, run(line));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(output, "/shefd --check-config\nExecReload=/bin/kill -HUP"),
+                                 output);
 }
 
 static void test_the_unit_is_as_closed_as_the_documentation_says(void)
@@ -180,6 +192,7 @@ int main(void)
     RUN_TEST(test_edited_settings_survive_a_second_installation);
     RUN_TEST(test_the_installed_program_starts);
     RUN_TEST(test_systemd_finds_no_fault_in_the_unit);
+    RUN_TEST(test_a_reload_looks_at_the_settings_first);
     RUN_TEST(test_the_unit_is_as_closed_as_the_documentation_says);
     return UNITY_END();
 }
