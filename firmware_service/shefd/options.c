@@ -3,7 +3,6 @@
 #include <getopt.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "core/words.h"
 #include "publish/publisher.h"
@@ -165,6 +164,14 @@ static enum shef_err set_recording(const char *path, struct shef_config *config,
     return code == SHEF_OK ? code : shef_fail_context(err, "--play");
 }
 
+/* One that is not there means all defaults; one that this user may not see does not. */
+static enum shef_err read_usual(struct shef_config *config, struct shef_error *err)
+{
+    const enum shef_err code = shef_config_read(SHEF_CONFIG_DEFAULT_PATH, config, err);
+
+    return code == SHEF_ERR_NOT_FOUND ? SHEF_OK : code;
+}
+
 enum shef_err shef_shefd_config_load(const struct shef_shefd_options *options,
                                      struct shef_config *out_config, struct shef_error *err)
 {
@@ -174,8 +181,8 @@ enum shef_err shef_shefd_config_load(const struct shef_shefd_options *options,
     shef_config_defaults(&config);
     if (options->config_path)
         code = shef_config_read(options->config_path, &config, err);
-    else if (access(SHEF_CONFIG_DEFAULT_PATH, F_OK) == 0)
-        code = shef_config_read(SHEF_CONFIG_DEFAULT_PATH, &config, err);
+    else
+        code = read_usual(&config, err);
     for (int i = 0; i < options->n_overrides && code == SHEF_OK; i++)
         code = apply_override(options->overrides[i], &config, err);
     if (code == SHEF_OK && options->recording)

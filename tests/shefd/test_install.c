@@ -72,12 +72,21 @@ static void expect_installed(const char *below_prefix, mode_t mode)
 }
 
 static const char *const installed[] = {
-    "/lib/systemd/system/shefd.service", "/lib/sysusers.d/shef.conf",
-    "/lib/sysctl.d/60-shef-lcm.conf",    "/etc/shef/shefd.yaml",
-    "/share/man/man1/sheftool.1",        "/share/man/man1/shefctl.1",
-    "/share/man/man8/shefd.8",           "/share/man/man5/shefd.yaml.5",
-    "/share/doc/shef/control.md",        "/share/doc/shef/accuracy/modes.svg",
-    "/share/doc/shef/recording.md",      "/share/doc/shef/calibration.example.yaml",
+    "/lib/systemd/system/shefd.service",
+    "/lib/sysusers.d/shef.conf",
+    "/lib/sysctl.d/60-shef-lcm.conf",
+    "/etc/shef/shefd.yaml",
+    "/share/man/man1/sheftool.1",
+    "/share/man/man1/shefctl.1",
+    "/share/doc/shef/copyright",
+    "/share/doc/shef/control.md",
+    "/share/doc/shef/examples/subscriber.c",
+    "/share/man/man8/shefd.8",
+    "/share/man/man5/shefd.yaml.5",
+    "/share/doc/shef/control.md",
+    "/share/doc/shef/accuracy/modes.svg",
+    "/share/doc/shef/recording.md",
+    "/share/doc/shef/calibration.example.yaml",
 };
 
 static void test_everything_lands_where_debian_expects_it(void)
