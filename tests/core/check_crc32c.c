@@ -35,15 +35,15 @@ static void test_pieces_give_the_checksum_of_the_whole(void)
         TEST_ASSERT_EQUAL_HEX32(whole, shef_crc32c(shef_crc32c(0, text, i), text + i, n - i));
 }
 
-static void test_every_instruction_set_computes_what_c_computes(void)
+static void expect_same_as_c(int n_rounds, int32_t least_bytes, int32_t most_bytes)
 {
     struct shef_test_random random = shef_test_random_start();
     const struct shef_crc32c_impl *impl = shef_crc32c_pick(shef_cpu_features());
 
     TEST_ASSERT_EQUAL_PTR(shef_crc32c_c, shef_crc32c_pick(SHEF_CPU_NONE)->update);
     printf("picked: %s\n", impl->isa);
-    for (int round = 0; round < 3000; round++) {
-        const size_t n = (size_t)shef_test_random_range(&random, 0, 300);
+    for (int round = 0; round < n_rounds; round++) {
+        const size_t n = (size_t)shef_test_random_range(&random, least_bytes, most_bytes);
         const size_t at = (size_t)shef_test_random_range(&random, 0, 15);
         const uint32_t state = (uint32_t)shef_test_random_u64(&random);
         /* Exactly as long as needed: a sanitizer sees every read beyond it. */
@@ -58,11 +58,23 @@ static void test_every_instruction_set_computes_what_c_computes(void)
     }
 }
 
+static void test_every_instruction_set_computes_what_c_computes(void)
+{
+    expect_same_as_c(3000, 0, 300);
+}
+
+/* Long messages are summed in pieces at the same time. */
+static void test_long_messages_are_summed_as_short_ones_are(void)
+{
+    expect_same_as_c(100, 12000, 40000);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_known_checksums);
     RUN_TEST(test_pieces_give_the_checksum_of_the_whole);
     RUN_TEST(test_every_instruction_set_computes_what_c_computes);
+    RUN_TEST(test_long_messages_are_summed_as_short_ones_are);
     return UNITY_END();
 }
