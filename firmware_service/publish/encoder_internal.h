@@ -27,6 +27,9 @@ static inline float shef_encoder_at(struct shef_image_f32 image, uint32_t pixel)
 {
     const uint32_t width_px = (uint32_t)image.width_px;
 
+    /* Rows without gaps, the usual case, need no division. */
+    if (image.stride_bytes == (ptrdiff_t)(width_px * sizeof(float)))
+        return image.data[pixel];
     return shef_row_f32(image, (int32_t)(pixel / width_px))[pixel % width_px];
 }
 

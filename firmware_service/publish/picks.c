@@ -7,7 +7,7 @@
 
 #include "core/memory.h"
 
-#define SPAN_CELLS 8 /* looked at together, to skip empty ones */
+#define SPAN_CELLS 8 /* looked at together: those of a byte of the mask */
 
 enum shef_err shef_picks_create(struct shef_picks *out_picks, int32_t width_px, int32_t height_px,
                                 struct shef_error *err)
@@ -143,6 +143,71 @@ static ALWAYS_INLINE uint32_t choose_row(struct shef_picks *picks, const struct 
     return n_picks;
 }
 
+/* A pixel's confidence where it has a value, less than any other where it has none. */
+static ALWAYS_INLINE float standing(const struct view *view, float value, float confidence)
+{
+    return (value >= view->least) & (value <= view->most) ? confidence : -1.0f;
+}
+
+/* Which of its 2x2 pixels each cell of a row takes, as its distance from the first in memory
+ * order; -1: none. Compilers turn the loop into vector instructions. */
+static void place_quads(const struct view *view, int32_t y0, int32_t n_cells,
+                        int32_t *restrict out_places)
+{
+    const struct view v = *view;
+    const int32_t below = view->value.width_px;
+    const float *restrict value[2] = { shef_row_f32(v.value, y0), shef_row_f32(v.value, y0 + 1) };
+    const float *restrict confidence[2] = { shef_row_f32(v.confidence, y0),
+                                            shef_row_f32(v.confidence, y0 + 1) };
+
+    for (int32_t gx = 0; gx < n_cells; gx++) {
+        const int32_t x = 2 * gx;
+        const float upper_left = standing(&v, value[0][x], confidence[0][x]);
+        const float upper_right = standing(&v, value[0][x + 1], confidence[0][x + 1]);
+        const float lower_left = standing(&v, value[1][x], confidence[1][x]);
+        const float lower_right = standing(&v, value[1][x + 1], confidence[1][x + 1]);
+        /* Of two alike the one that comes first stays. */
+        const int32_t upper = upper_right > upper_left;
+        const int32_t lower = below + (lower_right > lower_left);
+        const float best_upper = upper_right > upper_left ? upper_right : upper_left;
+        const float best_lower = lower_right > lower_left ? lower_right : lower_left;
+        const float best = best_lower > best_upper ? best_lower : best_upper;
+        const int32_t place = best_lower > best_upper ? lower : upper;
+
+        out_places[gx] = best < 0.0f ? -1 : place;
+    }
+}
+
+/* The same as choose_row() for whole cells of 2x2 pixels, which is what is published by default.
+ * Without branches: each cell's pixel is noted, and kept if there is one. */
+static uint32_t choose_quads(struct shef_picks *picks, const struct view *view, int32_t gy,
+                             uint32_t n_picks)
+{
+    const int32_t first_pixel = 2 * gy * picks->width_px;
+    const int32_t n_cells = picks->grid_w;
+    const int32_t *restrict places = picks->flags;
+    uint32_t *restrict pixels = picks->pixels + n_picks;
+    uint8_t *mask = picks->mask + (ptrdiff_t)gy * picks->mask_bytes;
+    uint32_t n = 0;
+
+    place_quads(view, 2 * gy, n_cells, picks->flags);
+    for (int32_t span = 0; span < n_cells; span += SPAN_CELLS) {
+        const int32_t n_span = n_cells - span < SPAN_CELLS ? n_cells - span : SPAN_CELLS;
+        uint32_t bits = 0;
+
+        for (int32_t i = 0; i < n_span; i++) {
+            const int32_t place = places[span + i];
+            const uint32_t is_there = place >= 0;
+
+            pixels[n] = (uint32_t)(first_pixel + 2 * (span + i) + place);
+            bits |= is_there << i;
+            n += is_there;
+        }
+        mask[span / SPAN_CELLS] = (uint8_t)bits;
+    }
+    return n_picks + n;
+}
+
 void shef_picks_choose(struct shef_picks *picks, struct shef_image_f32 value,
                        struct shef_image_f32 confidence, int32_t step, float least, float most)
 {
@@ -164,10 +229,12 @@ void shef_picks_choose(struct shef_picks *picks, struct shef_image_f32 value,
         const int32_t y0 = gy * step;
         const int32_t cell_h = y0 + step < picks->height_px ? step : picks->height_px - y0;
 
+        if (step == 2 && cell_h == 2 && picks->width_px % 2 == 0) {
+            n_picks = choose_quads(picks, &view, gy, n_picks);
+            continue;
+        }
         flag_columns(&view, y0, y0 + cell_h, picks->flags);
-        if (step == 2 && cell_h == 2)
-            n_picks = choose_row(picks, &view, gy, 2, 2, n_picks);
-        else if (step == 1)
+        if (step == 1)
             n_picks = choose_row(picks, &view, gy, 1, 1, n_picks);
         else
             n_picks = choose_row(picks, &view, gy, step, cell_h, n_picks);
@@ -182,41 +249,4 @@ float shef_disparity_unit_px(float max_disparity_px)
     while (max_disparity_px > 4064 * unit_px) /* 127 px, 254 px, ...: room for sub-pixels above */
         unit_px *= 2;
     return unit_px;
-}
-
-uint16_t shef_disparity_code(float disparity_px, float confidence, float per_px)
-{
-    const float scaled = disparity_px * per_px + 0.5f;
-
-    if (!(scaled >= 1.0f && scaled < 4096.0f))
-        return 0;
-
-    const float clamped = confidence > 0.0f ? confidence < 1.0f ? confidence : 1.0f : 0.0f;
-
-    return (uint16_t)((uint32_t)scaled | (uint32_t)(clamped * 15.0f + 0.5f) << 12);
-}
-
-uint16_t shef_depth_code(float depth_m)
-{
-    /* 4000 units a metre: exact, unlike a division by the unit. */
-    const float scaled = depth_m * 4000.0f + 0.5f;
-
-    return scaled >= 1.0f && scaled < 65536.0f ? (uint16_t)scaled : 0;
-}
-
-uint8_t shef_sigma_code(float sigma_m)
-{
-    const float scaled = sigma_m * 4000.0f;
-
-    if (scaled <= 1.0f)
-        return 0;
-    if (!(scaled <= 63488.0f)) /* (1 + 15/16) * 2^15; NaN comes here too */
-        return 255;
-
-    /* A float's bits are exponent and mantissa already: keep 4 bits of the latter, rounded up, and
-     * count the exponent from 1.0 on. */
-    uint32_t bits;
-
-    memcpy(&bits, &scaled, sizeof bits);
-    return (uint8_t)(((bits + (1u << 19) - 1) >> 19) - (127u << 4));
 }

@@ -7,6 +7,7 @@
 #define SHEF_PUBLISH_PICKS_H
 
 #include <stdint.h>
+#include <string.h>
 
 #include "core/error.h"
 #include "core/image.h"
@@ -52,15 +53,46 @@ float shef_disparity_unit_px(float max_disparity_px);
 /* 12 bits of disparity, nearest, 4 of confidence above them.
  *   disparity_px  codes 1..4095 of 1 / per_px; what would be 0 or more than 4095 becomes 0, none
  *   confidence    clamped to 0..1 */
-uint16_t shef_disparity_code(float disparity_px, float confidence, float per_px);
+static inline uint16_t shef_disparity_code(float disparity_px, float confidence, float per_px)
+{
+    const float scaled = disparity_px * per_px + 0.5f;
+
+    if (!(scaled >= 1.0f && scaled < 4096.0f))
+        return 0;
+
+    const float clamped = confidence > 0.0f ? confidence < 1.0f ? confidence : 1.0f : 0.0f;
+
+    return (uint16_t)((uint32_t)scaled | (uint32_t)(clamped * 15.0f + 0.5f) << 12);
+}
 
 #define SHEF_DEPTH_UNIT_M 0.00025f
 
 /* Nearest multiple of 0.25 mm; 0 where that is 0 or more than 65535. */
-uint16_t shef_depth_code(float depth_m);
+static inline uint16_t shef_depth_code(float depth_m)
+{
+    /* 4000 units a metre: exact, unlike a division by the unit. */
+    const float scaled = depth_m * 4000.0f + 0.5f;
+
+    return scaled >= 1.0f && scaled < 65536.0f ? (uint16_t)scaled : 0;
+}
 
 /* Never understates: 4 bits of exponent, 4 of mantissa, rounded up. NaN gives the largest. */
-uint8_t shef_sigma_code(float sigma_m);
+static inline uint8_t shef_sigma_code(float sigma_m)
+{
+    const float scaled = sigma_m * 4000.0f;
+
+    if (scaled <= 1.0f)
+        return 0;
+    if (!(scaled <= 63488.0f)) /* (1 + 15/16) * 2^15; NaN comes here too */
+        return 255;
+
+    /* A float's bits are exponent and mantissa already: keep 4 bits of the latter, rounded up, and
+     * count the exponent from 1.0 on. */
+    uint32_t bits;
+
+    memcpy(&bits, &scaled, sizeof bits);
+    return (uint8_t)(((bits + (1u << 19) - 1) >> 19) - (127u << 4));
+}
 
 #ifdef __cplusplus
 }

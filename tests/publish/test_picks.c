@@ -172,11 +172,59 @@ static void test_sigma_codes_never_understate_and_overstate_by_a_sixteenth_at_mo
     TEST_ASSERT_EQUAL_HEX8(0xff, shef_sigma_code(NAN));
 }
 
+/* Of the pixels x0, y0 .. of a cell the one to be taken; UINT32_MAX: none. */
+static uint32_t expected_pixel(int32_t x0, int32_t y0, int32_t width_px)
+{
+    uint32_t best = UINT32_MAX;
+    float most = -1.0f;
+
+    for (int32_t y = y0; y < y0 + 2; y++)
+        for (int32_t x = x0; x < x0 + 2; x++)
+            if (shef_row_f32(value, y)[x] >= 1.0f && shef_row_f32(value, y)[x] <= 100.0f &&
+                shef_row_f32(confidence, y)[x] > most) {
+                most = shef_row_f32(confidence, y)[x];
+                best = (uint32_t)(y * width_px + x);
+            }
+    return best;
+}
+
+/* Rows of whole cells of 2x2 pixels have a way of their own. */
+static void test_whole_cells_are_chosen_from_by_the_same_rule(void)
+{
+    const int32_t width_px = 70, height_px = 8;
+    struct shef_test_random draws = shef_test_random_start();
+    uint32_t n_picks = 0;
+
+    tearDown();
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_picks_create(&picks, width_px, height_px, NULL));
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_image_create_f32(&value, width_px, height_px, NULL));
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_image_create_f32(&confidence, width_px, height_px, NULL));
+    /* Few different confidences, so that many are alike; a third of the values is out of range. */
+    for (int32_t y = 0; y < height_px; y++)
+        for (int32_t x = 0; x < width_px; x++)
+            set(x, y, (float)shef_test_random_range(&draws, -30, 130),
+                (float)shef_test_random_range(&draws, 0, 3) / 3.0f);
+    choose(2);
+    for (int32_t gy = 0; gy < height_px / 2; gy++) {
+        TEST_ASSERT_EQUAL_UINT32(n_picks, picks.row_start[gy]);
+        for (int32_t gx = 0; gx < width_px / 2; gx++) {
+            const uint32_t pixel = expected_pixel(2 * gx, 2 * gy, width_px);
+
+            TEST_ASSERT_EQUAL(pixel != UINT32_MAX, mask_at(gx, gy));
+            if (pixel != UINT32_MAX)
+                TEST_ASSERT_EQUAL_UINT32(pixel, picks.pixels[n_picks++]);
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(n_picks, picks.row_start[height_px / 2]);
+    TEST_ASSERT_GREATER_THAN_UINT32(0, n_picks);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_the_most_confident_pixel_of_a_cell_stands_for_it);
     RUN_TEST(test_of_two_alike_the_upper_left_is_taken);
+    RUN_TEST(test_whole_cells_are_chosen_from_by_the_same_rule);
     RUN_TEST(test_values_that_cannot_be_said_are_passed_over);
     RUN_TEST(test_an_empty_image_has_rows_and_no_pixels);
     RUN_TEST(test_random_images_at_every_step_agree_with_looking_at_each_cell);
