@@ -89,13 +89,10 @@ static void test_counts_have_the_mean_and_the_variance_of_poisson(void)
     expect_poisson(1000);
 }
 
-static void test_logarithm_and_exponential_agree_with_the_library(void)
+static void test_the_exponential_agrees_with_the_library(void)
 {
-    for (double x = 1e-30; x < 1e30; x *= 1.37)
-        TEST_ASSERT_DOUBLE_WITHIN(1e-14 * fmax(1, fabs(log(x))), log(x), sim_log(x));
     for (double x = -50; x < 50; x += 0.37)
         TEST_ASSERT_DOUBLE_WITHIN(1e-13 * exp(x), exp(x), sim_exp(x));
-    TEST_ASSERT_EQUAL_DOUBLE(0, sim_log(1));
     TEST_ASSERT_EQUAL_DOUBLE(1, sim_exp(0));
 }
 
@@ -127,7 +124,7 @@ int main(void)
     RUN_TEST(test_normal_numbers_have_mean_0_and_deviation_1);
     RUN_TEST(test_even_numbers_fill_their_range_evenly);
     RUN_TEST(test_counts_have_the_mean_and_the_variance_of_poisson);
-    RUN_TEST(test_logarithm_and_exponential_agree_with_the_library);
+    RUN_TEST(test_the_exponential_agrees_with_the_library);
     RUN_TEST(test_seed_stream_step_and_index_each_change_the_number);
     RUN_TEST(test_numbers_are_the_same_for_ever);
     return UNITY_END();

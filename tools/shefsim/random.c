@@ -46,33 +46,6 @@ int64_t sim_poisson(uint64_t key, uint64_t index, double mean)
     return n;
 }
 
-double sim_log(double x)
-{
-    uint64_t bits;
-    double mantissa;
-
-    assert(x > 0);
-    memcpy(&bits, &x, sizeof bits);
-
-    int64_t exponent = (int64_t)(bits >> 52) - 1023;
-
-    bits = (bits & UINT64_C(0xfffffffffffff)) | UINT64_C(0x3ff0000000000000);
-    memcpy(&mantissa, &bits, sizeof mantissa);
-    if (mantissa > 1.4142135623730951) {
-        mantissa /= 2;
-        exponent++;
-    }
-
-    /* ln(m) = 2 atanh((m - 1) / (m + 1)), a series in the square of at most 0.0295. */
-    const double t = (mantissa - 1) / (mantissa + 1);
-    const double t2 = t * t;
-    double sum = 0;
-
-    for (int k = 19; k >= 1; k -= 2)
-        sum = sum * t2 + 1.0 / k;
-    return (double)exponent * LN2 + 2 * t * sum;
-}
-
 double sim_exp(double x)
 {
     assert(x >= -700 && x <= 700);

@@ -79,10 +79,8 @@ double sim_normal(uint64_t key, uint64_t index);
  * beyond that a normal one, rounded. */
 int64_t sim_poisson(uint64_t key, uint64_t index, double mean);
 
-/* ln(x) and exp(x) to 1e-14, from additions, multiplications and divisions alone.
- *   sim_log  x above 0, finite and not subnormal
- *   sim_exp  x within +-700 */
-double sim_log(double x);
+/* exp(x) to 1e-14, from additions, multiplications and divisions alone.
+ *   x  within +-700 */
 double sim_exp(double x);
 
 #endif
