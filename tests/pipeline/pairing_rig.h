@@ -46,8 +46,7 @@ struct pairing_exposure {
     int64_t ready_ns; /* the snapshot */
 };
 
-/* What was made last, and what came of it when it was played, by tag: the number of the exposure.
- */
+/* What was made last and what came of it, by tag: the number of the exposure. */
 extern struct pairing_played {
     struct pairing_exposure exposures[PAIRING_RIG_MAX_N];
     uint64_t snapshot_of[PAIRING_RIG_MAX_N]; /* number, or PAIRING_NO_SNAPSHOT */
