@@ -15,6 +15,12 @@
 #include "support/process.h"
 #include "support/support.h"
 
+#if defined(__x86_64__)
+#define FOREIGN_ISA "neon"
+#else
+#define FOREIGN_ISA "avx2"
+#endif
+
 enum { WIDTH = 64, HEIGHT = 48, N_IMAGES = 30 };
 
 static struct shef_test_process program;
@@ -178,6 +184,8 @@ static void test_what_cannot_be_rendered_is_refused_in_a_sentence(void)
     expect_failure(2, "--out", n_entries);
     RUN("render --scene %s --noise loud --out %s", scene, shef_test_temp_path("no"));
     expect_failure(2, "loud", n_entries);
+    RUN("render --scene %s --isa %s --out %s", scene, FOREIGN_ISA, shef_test_temp_path("no"));
+    expect_failure(2, "--isa: this processor", n_entries);
 }
 
 static void test_a_signal_leaves_nothing(void)

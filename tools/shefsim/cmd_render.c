@@ -2,8 +2,8 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-#include "core/cpu.h"
 #include "core/time.h"
+#include "sheftool/isa_option.h"
 #include "sheftool/progress.h"
 #include "shefsim/commands.h"
 #include "shefsim/rig.h"
@@ -86,27 +86,22 @@ static const struct shef_option options[] = {
                     "light (1 is white), or ln(light + 0.01) as the sensor keeps it"),
     SHEF_OPT_INT("threads", struct settings, n_threads, "1", 1, 64, NULL,
                  "threads; the recording does not depend on them"),
-    SHEF_OPT_CHOICE("isa", struct settings, isa, "best|c|avx2|avx512|neon", "best",
-                    "instruction set; the recording does not depend on it"),
+    SHEF_OPT_ISA(struct settings, isa, "instruction set; the recording does not depend on it"),
     SHEF_OPT_END,
 };
 
 static enum shef_err check(const void *opaque, struct shef_error *err)
 {
     const struct settings *settings = opaque;
+    uint32_t features;
 
     if (!settings->out && !settings->export_images)
         return shef_fail(err, SHEF_ERR_INVALID,
                          "nothing to do: name a folder with --out, or one with --export-images");
-    return sim_sensor_options_check(&settings->sensor, err);
-}
 
-static uint32_t features_of(const struct settings *settings)
-{
-    static const char *const names[] = { NULL, "c", "avx2", "avx512", "neon" };
-    const char *name = names[settings->isa];
+    const enum shef_err code = shef_isa_option(settings->isa, &features, err);
 
-    return name ? shef_cpu_features_of(name) & shef_cpu_features() : shef_cpu_features();
+    return code == SHEF_OK ? sim_sensor_options_check(&settings->sensor, err) : code;
 }
 
 static struct sim_rig_settings rig_settings(const struct settings *settings)
@@ -183,11 +178,14 @@ static enum shef_err run(const void *opaque, struct shef_error *err)
     struct shef_workers *workers = shef_workers_create((int32_t)settings->n_threads, err);
     struct sim_rig *rig = NULL;
     struct sim_rig_report report;
+    uint32_t features;
     enum shef_err code;
 
     if (!workers)
         return err->code;
-    code = sim_rig_create(&rig, &rig_of, features_of(settings), workers, err);
+    code = shef_isa_option(settings->isa, &features, err);
+    if (code == SHEF_OK)
+        code = sim_rig_create(&rig, &rig_of, features, workers, err);
     if (code == SHEF_OK) {
         shef_progress_begin(&progress, "rendering ms", (int64_t)(settings->seconds * 1000));
         code = sim_rig_render(rig, &config, &report, err);

@@ -3,11 +3,10 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "core/cpu.h"
 #include "core/pfm.h"
-#include "core/words.h"
 #include "pipeline/field_file.h"
 #include "sheftool/command.h"
+#include "sheftool/isa_option.h"
 #include "sheftool/machine.h"
 #include "sheftool/match_summary.h"
 #include "sheftool/matching.h"
@@ -50,8 +49,8 @@ static const struct shef_option options[] = {
                  "worker threads; the results are the same for every number"),
     SHEF_OPT_INT("max-disparity", struct settings, max_disparity_px, "80", 16, 256, "px",
                  "largest disparity searched, below the width"),
-    SHEF_OPT_CHOICE("isa", struct settings, isa, SHEF_CPU_CHOICES, "best",
-                    "instruction set of the kernels; the results are the same for each"),
+    SHEF_OPT_ISA(struct settings, isa,
+                 "instruction set of the kernels; the results are the same for each"),
     SHEF_OPT_TEXT("pairs", struct settings, pairs, "LIST", NULL,
                   "match these numbers only, such as 1-16,50"),
     SHEF_OPT_FLAG("pictures", struct settings, pictures,
@@ -91,17 +90,6 @@ static enum shef_err read_fields(const struct settings *settings, struct shef_ma
     if (code == SHEF_OK && settings->bias)
         code = shef_field_file_read(settings->bias, SHEF_FIELD_KIND_BIAS, &how->bias, err);
     return code;
-}
-
-static enum shef_err set_isa(const struct settings *settings, struct shef_matcher_settings *how,
-                             struct shef_error *err)
-{
-    char isa[16];
-
-    shef_words_at(SHEF_CPU_CHOICES, settings->isa, isa, sizeof isa);
-    if (shef_cpu_features_among(isa, &how->cpu_features, err) != SHEF_OK)
-        return shef_fail_context(err, "--isa");
-    return SHEF_OK;
 }
 
 static json_t *report_json(const struct shef_matched *matched)
@@ -212,7 +200,7 @@ static enum shef_err run(const void *opaque, struct shef_error *err)
     if (code == SHEF_OK)
         code = read_fields(settings, &job.how, err);
     if (code == SHEF_OK)
-        code = set_isa(settings, &job.how, err);
+        code = shef_isa_option(settings->isa, &job.how.cpu_features, err);
     if (code == SHEF_OK && settings->n_threads > 1) {
         job.how.workers = shef_workers_create((int32_t)settings->n_threads, err);
         code = job.how.workers ? SHEF_OK : err->code;

@@ -2,17 +2,6 @@
 
 #include <assert.h>
 
-#include "core/cpu.h"
-#include "core/words.h"
-
-static enum shef_err features_of(int32_t isa, uint32_t *out_features, struct shef_error *err)
-{
-    char name[16];
-
-    shef_words_at(SHEF_CPU_CHOICES, isa, name, sizeof name);
-    return shef_cpu_features_among(name, out_features, err);
-}
-
 enum shef_err shef_run_options_check(const struct shef_run_options *options, struct shef_error *err)
 {
     uint32_t features;
@@ -22,9 +11,7 @@ enum shef_err shef_run_options_check(const struct shef_run_options *options, str
     if (options->max_disparity_px > 0 && options->max_disparity_px < 16)
         return shef_fail(err, SHEF_ERR_INVALID, "--max-disparity %d: must be 16 to 256 px, or 0",
                          (int)options->max_disparity_px);
-    if (features_of(options->isa, &features, err) != SHEF_OK)
-        return shef_fail_context(err, "--isa");
-    return SHEF_OK;
+    return shef_isa_option(options->isa, &features, err);
 }
 
 struct shef_run_settings shef_run_options_settings(const struct shef_run_options *options,
@@ -45,7 +32,7 @@ struct shef_run_settings shef_run_options_settings(const struct shef_run_options
         .n_threads = (int32_t)options->n_threads,
     };
 
-    const enum shef_err code = features_of(options->isa, &settings.cpu_features, NULL);
+    const enum shef_err code = shef_isa_option(options->isa, &settings.cpu_features, NULL);
 
     assert(code == SHEF_OK);
     (void)code;

@@ -2,8 +2,7 @@
 #ifndef SHEFTOOL_RUN_OPTIONS_H
 #define SHEFTOOL_RUN_OPTIONS_H
 
-#include "core/cpu.h"
-#include "sheftool/option.h"
+#include "sheftool/isa_option.h"
 #include "sheftool/run_chain.h"
 
 struct shef_run_options {
@@ -53,8 +52,8 @@ struct shef_run_options {
                      "stop after so many frames; 0: all"),                                         \
         SHEF_OPT_INT("threads", type_, how_.n_threads, "1", 1, 64, NULL,                           \
                      "worker threads; the results are the same for every number"),                 \
-        SHEF_OPT_CHOICE("isa", type_, how_.isa, SHEF_CPU_CHOICES, "best",                          \
-                        "instruction set of the kernels; the results are the same for each")
+        SHEF_OPT_ISA(type_, how_.isa,                                                              \
+                     "instruction set of the kernels; the results are the same for each")
 
 /* Refuses what contradicts itself or is not there. */
 SHEF_MUST_CHECK enum shef_err shef_run_options_check(const struct shef_run_options *options,
