@@ -11,13 +11,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* Fills buffer or stops at the end of the file; returns -1 with errno on failure. */
-static ssize_t read_all(int fd, uint8_t *buffer, size_t n_bytes)
+ssize_t shef_file_read_at(int fd, void *buffer, size_t n_bytes, uint64_t offset)
 {
     size_t n_done = 0;
 
     while (n_done < n_bytes) {
-        const ssize_t n_read = read(fd, buffer + n_done, n_bytes - n_done);
+        const ssize_t n_read =
+            pread(fd, (uint8_t *)buffer + n_done, n_bytes - n_done, (off_t)(offset + n_done));
 
         if (n_read < 0 && errno == EINTR)
             continue;
@@ -49,7 +49,7 @@ static enum shef_err read_open_file(int fd, const char *path, size_t max_bytes, 
     if (!bytes)
         return shef_fail(err, SHEF_ERR_NO_MEMORY, "read '%s': out of memory", path);
 
-    const ssize_t n_bytes = read_all(fd, bytes, (size_t)info.st_size);
+    const ssize_t n_bytes = shef_file_read_at(fd, bytes, (size_t)info.st_size, 0);
 
     if (n_bytes < 0) {
         const int failure = errno;

@@ -9,6 +9,7 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <sys/types.h>
 
 #include "core/error.h"
 
@@ -23,6 +24,10 @@ extern "C" {
 SHEF_MUST_CHECK enum shef_err shef_file_read(const char *path, size_t max_bytes,
                                              uint8_t **out_bytes, size_t *out_n_bytes,
                                              struct shef_error *err);
+
+/* Reads from a place of an open regular file until buffer is full or the file ends.
+ * Returns how many bytes there were, -1 with errno on failure. */
+ssize_t shef_file_read_at(int fd, void *buffer, size_t n_bytes, uint64_t offset);
 
 /* Creates the file or replaces its content. The folder must exist. A path that is there and is
  * no regular file (a pipe, /dev/stdout) is written to as it is. Returns when the disk has the

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "core/crc32c.h"
+#include "core/file.h"
 #include "record/block_reader_internal.h"
 
 const struct shef_block_summary *shef_block_reader_summary(const struct shef_block_reader *reader)
@@ -66,9 +67,9 @@ static const uint8_t *take_record(struct shef_block_reader *reader, struct shef_
         const uint64_t n_left = reader->segments[reader->at_segment].n_records - reader->at_record;
         const size_t n_wanted =
             n_left < SHEF_INDEX_WINDOW_RECORDS ? (size_t)n_left : SHEF_INDEX_WINDOW_RECORDS;
-        const ssize_t n_read = shef_block_reader_pread(
-            reader->index_fd, reader->window, n_wanted * SHEF_INDEX_RECORD_BYTES,
-            (reader->at_record + 1) * SHEF_INDEX_RECORD_BYTES);
+        const ssize_t n_read =
+            shef_file_read_at(reader->index_fd, reader->window, n_wanted * SHEF_INDEX_RECORD_BYTES,
+                              (reader->at_record + 1) * SHEF_INDEX_RECORD_BYTES);
 
         if (n_read < 0 || (size_t)n_read < n_wanted * SHEF_INDEX_RECORD_BYTES) {
             (void)shef_fail_os(err, n_read < 0 ? errno : EIO,
@@ -111,7 +112,7 @@ static enum shef_err read_block(struct shef_block_reader *reader,
         return SHEF_OK;
 
     const ssize_t n_read =
-        shef_block_reader_pread(reader->data_fd, room, record->n_bytes, record->offset);
+        shef_file_read_at(reader->data_fd, room, record->n_bytes, record->offset);
 
     if (n_read < 0)
         return shef_fail_os(err, errno, "read segment %u in '%s'", segment->number, reader->folder);
@@ -229,7 +230,7 @@ enum shef_err shef_block_reader_read(struct shef_block_reader *reader,
         code = open_other(reader, segment, err);
         if (code != SHEF_OK)
             return code;
-        n_read = shef_block_reader_pread(reader->other_fd, room, record->n_bytes, record->offset);
+        n_read = shef_file_read_at(reader->other_fd, room, record->n_bytes, record->offset);
         if (n_read < 0)
             return shef_fail_os(err, errno, "read segment %u in '%s'", segment->number,
                                 reader->folder);
@@ -254,7 +255,7 @@ enum shef_err shef_block_reader_front(struct shef_block_reader *reader, uint8_t 
         if (!segment->readable || segment->data_bytes < n_bytes || n_bytes > room_bytes ||
             open_other(reader, segment, NULL) != SHEF_OK)
             continue;
-        if (shef_block_reader_pread(reader->other_fd, room, n_bytes, 0) == (ssize_t)n_bytes &&
+        if (shef_file_read_at(reader->other_fd, room, n_bytes, 0) == (ssize_t)n_bytes &&
             shef_crc32c(0, room, n_bytes) == segment->header.front_crc32c) {
             *out_n_bytes = n_bytes;
             return SHEF_OK;

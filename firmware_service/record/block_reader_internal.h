@@ -53,7 +53,4 @@ void shef_block_reader_path(const struct shef_block_reader *reader,
                             const struct shef_block_segment *segment, const char *ending,
                             char out_path[PATH_MAX + 32]);
 
-/* Reads up to n_bytes at an offset; fewer only at the file's end. Returns -1 with errno. */
-ssize_t shef_block_reader_pread(int fd, uint8_t *bytes, size_t n_bytes, uint64_t offset);
-
 #endif

@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "core/file.h"
 #include "record/block_reader_internal.h"
 
 #define NUMBER_DIGITS 6
@@ -17,25 +18,6 @@ void shef_block_reader_path(const struct shef_block_reader *reader,
                             char out_path[PATH_MAX + 32])
 {
     snprintf(out_path, PATH_MAX + 32, "%s/%06u%s", reader->folder, segment->number, ending);
-}
-
-ssize_t shef_block_reader_pread(int fd, uint8_t *bytes, size_t n_bytes, uint64_t offset)
-{
-    size_t n_done = 0;
-
-    while (n_done < n_bytes) {
-        const ssize_t n_read =
-            pread(fd, bytes + n_done, n_bytes - n_done, (off_t)(offset + n_done));
-
-        if (n_read < 0 && errno == EINTR)
-            continue;
-        if (n_read < 0)
-            return -1;
-        if (n_read == 0)
-            break;
-        n_done += (size_t)n_read;
-    }
-    return (ssize_t)n_done;
 }
 
 /* Whether name is six digits and the ending. */
@@ -126,7 +108,7 @@ static enum shef_err inspect(struct shef_block_reader *reader, struct shef_block
     if (fd < 0)
         return shef_fail_os(err, errno, "open '%s'", path);
 
-    const ssize_t n_read = shef_block_reader_pread(fd, bytes, sizeof bytes, 0);
+    const ssize_t n_read = shef_file_read_at(fd, bytes, sizeof bytes, 0);
     const int failure = n_read < 0 || fstat(fd, &info) != 0 ? errno : 0;
 
     close(fd);
@@ -199,10 +181,10 @@ static bool find_record(const struct shef_block_reader *reader,
         const uint64_t record = step > 0 ? i : segment->n_records - 1 - i;
         uint8_t bytes[SHEF_INDEX_RECORD_BYTES];
 
-        found = shef_block_reader_pread(fd, bytes, sizeof bytes,
-                                        (record + 1) * SHEF_INDEX_RECORD_BYTES) ==
-                    SHEF_INDEX_RECORD_BYTES &&
-                shef_block_record_decode(bytes, out_record);
+        found =
+            shef_file_read_at(fd, bytes, sizeof bytes, (record + 1) * SHEF_INDEX_RECORD_BYTES) ==
+                SHEF_INDEX_RECORD_BYTES &&
+            shef_block_record_decode(bytes, out_record);
     }
     if (fd >= 0)
         close(fd);
