@@ -19,10 +19,11 @@ static void test_streaming_threads_allocate_nothing_after_the_start(void)
 {
     static const char *const pipeline[] = { "filter", "stereo", "workers" };
     static const char *const streaming[] = { "events", "frames", "poses", "publisher" };
-    struct shef_config config = played_config();
+    struct shef_config config;
     struct shef_service *service;
 
     SHEF_TEST_NEEDS_ALLOC_WATCH();
+    config = played_config();
     config.source.loop = true;
     service = played_start(&config);
     wait_for_frames(service, 10);

@@ -37,6 +37,19 @@ build_preset() {
     grep -E '^-- No (tests|programs):' "$log" || true
 }
 
+# Renders the recording that many tests play, so that not each of them does: tests/service/played.h.
+# Only once, by the release build, which is quick.
+make_test_recording() {
+    [[ -z ${SHEF_TEST_RECORDING:-} ]] || return 0
+    local path=$root/build/test-recording/played
+    build_preset release shefsim
+    rm -rf "$path"
+    mkdir -p "${path%/*}"
+    "$root/build/release/bin/shefsim" render --scene simple_boxes --speed 0.2 --seconds 0.4 \
+        --seed 3 --truth-every 4 --out "$path" >/dev/null
+    export SHEF_TEST_RECORDING=$path
+}
+
 # Runs the tests of a built preset. ctest's own summary comes last; just before it, the reasons
 # of the tests that were skipped. What ran is added to the tally.
 #   run_ctest PRESET [CTEST_OPTION...]
