@@ -244,6 +244,9 @@ void shef_depth_chain_process(struct shef_depth_chain *chain, const struct shef_
     if (!depth_modes[chain->used].needs_past) {
         local.span_frames = 0;
         local.span_ns = 0;
+        /* The filter alone is through with the first frame. */
+        if (chain->earlier)
+            local.flags &= ~SHEF_DEPTH_SETTLING;
     }
     shef_workers_run(chain->workers, side_task, chain, 2);
     set_pairs(chain);

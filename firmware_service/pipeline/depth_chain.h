@@ -187,6 +187,9 @@ const char *shef_depth_stage_name(enum shef_depth_stage stage);
 #define SHEF_DEPTH_SEARCHED      (1u << 2) /* the direction comes from the maps */
 #define SHEF_DEPTH_IS_SATURATED  (1u << 3) /* too many event edges */
 #define SHEF_DEPTH_NO_CONFIDENCE (1u << 4) /* this mode has none: all are 1 */
+/* The first frames after a start, a reset or a jump of event time: the filter or the temporal pair
+ * has seen less than it is made for, and all depths tend to be too far (docs/accuracy.md). */
+#define SHEF_DEPTH_SETTLING (1u << 5)
 
 struct shef_depth_report {
     enum shef_depth_mode mode; /* what was used in the end */

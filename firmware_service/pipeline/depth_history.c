@@ -94,6 +94,15 @@ static int64_t time_ago_ns(const struct shef_depth_history *history, const struc
     return ago_ns > 0 ? ago_ns : 0;
 }
 
+bool depth_history_grows(const struct shef_depth_history *history)
+{
+    int n = 1; /* the newest */
+
+    for (int i = 0; i < SHEF_DEPTH_HISTORY; i++)
+        n += time_ago_ns(history, &history->at[i]) > 0;
+    return n < SHEF_DEPTH_HISTORY;
+}
+
 const struct depth_past *depth_history_find(const struct shef_depth_history *history,
                                             int64_t span_ns)
 {

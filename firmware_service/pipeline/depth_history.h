@@ -48,6 +48,9 @@ struct depth_past *depth_history_add(struct shef_depth_history *history, int64_t
 /* The frame before the newest; NULL: there is none. */
 const struct depth_past *depth_history_before(const struct shef_depth_history *history);
 
+/* Whether there is room for more frames that can be compared with the newest. */
+bool depth_history_grows(const struct shef_depth_history *history);
+
 /* The earlier frame whose distance in time from the newest is nearest to span_ns.
  * NULL: there is none whose sums can be compared. */
 const struct depth_past *depth_history_find(const struct shef_depth_history *history,

@@ -86,10 +86,40 @@ static void set_direction(struct shef_depth_chain *chain, const double v[3], dou
     chain->lag = &chain->shift;
 }
 
+/* Whether a pair falls short of what is wanted by more than half a frame, but will not for long.
+ *   wanted, got, step  of the pair and of the frame before alone: times, or numbers of events */
+static bool is_short(const struct shef_depth_chain *chain, double wanted, double got, double step)
+{
+    return step > 0 && wanted - got > step / 2 && depth_history_grows(&chain->history);
+}
+
+static bool is_short_in_time(const struct shef_depth_chain *chain, const struct depth_past *earlier,
+                             int64_t wanted_ns)
+{
+    const struct depth_past *now = chain->now;
+    const struct depth_past *before = depth_history_before(&chain->history);
+
+    return !earlier || !before ||
+           is_short(chain, (double)wanted_ns, (double)shef_event_time_since(now->mid, earlier->mid),
+                    (double)shef_event_time_since(now->mid, before->mid));
+}
+
+static bool is_short_in_events(const struct shef_depth_chain *chain,
+                               const struct depth_past *earlier, uint64_t wanted)
+{
+    const struct depth_past *now = chain->now;
+    const struct depth_past *before = depth_history_before(&chain->history);
+
+    return !earlier || !before ||
+           is_short(chain, (double)wanted, (double)(now->n_events - earlier->n_events),
+                    (double)(now->n_events - before->n_events));
+}
+
 static void keep_earlier(struct shef_depth_chain *chain, const struct depth_past *earlier,
-                         struct shef_depth_report *report)
+                         bool is_short, struct shef_depth_report *report)
 {
     chain->earlier = earlier;
+    report->flags |= is_short ? SHEF_DEPTH_SETTLING : 0;
     if (!earlier) {
         report->flags |= SHEF_DEPTH_NO_PAST;
         return;
@@ -125,16 +155,19 @@ static void use_velocity(struct shef_depth_chain *chain, struct shef_depth_repor
 {
     const double *v = chain->input->velocity_m_s;
     const double speed = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    const struct depth_past *earlier;
+    int64_t span_ns;
 
     if (speed < chain->params.least_speed_m_s) {
         report->flags |= SHEF_DEPTH_NO_MOTION;
-        keep_earlier(chain, depth_history_find(&chain->history, INT64_MAX / 2), report);
+        earlier = depth_history_find(&chain->history, INT64_MAX / 2);
+        keep_earlier(chain, earlier, !earlier, report);
         return;
     }
     set_direction(chain, v, speed, speed);
-    keep_earlier(
-        chain, depth_history_find(&chain->history, (int64_t)(chain->params.travel_m / speed * 1e9)),
-        report);
+    span_ns = (int64_t)(chain->params.travel_m / speed * 1e9);
+    earlier = depth_history_find(&chain->history, span_ns);
+    keep_earlier(chain, earlier, is_short_in_time(chain, earlier, span_ns), report);
 }
 
 /* How fast the camera seems to move, from the events since the earlier frame.
@@ -156,11 +189,10 @@ static void search(struct shef_depth_chain *chain, struct shef_depth_report *rep
     chain->is_rectified = true;
     /* Events that a metre of travel makes. */
     const double per_m = chain->geometry.f_px / TYPICAL_DEPTH_M * events_per_px(chain);
+    const uint64_t n_events = (uint64_t)(chain->params.travel_m * per_m);
+    const struct depth_past *earlier = depth_history_find_events(&chain->history, n_events);
 
-    keep_earlier(
-        chain,
-        depth_history_find_events(&chain->history, (uint64_t)(chain->params.travel_m * per_m)),
-        report);
+    keep_earlier(chain, earlier, is_short_in_events(chain, earlier, n_events), report);
     shef_event_edges_of_values(chain->event_edges[SHEF_EDGE_GRADED], chain->input->snapshot->values,
                                NULL, &chain->graded_right[0]);
     shef_flow_search_run(chain->search, chain->now->picture, &chain->graded_right[0], &flow);
@@ -183,7 +215,10 @@ void depth_motion_find(struct shef_depth_chain *chain, struct shef_depth_report 
         search(chain, report);
     } else {
         report->flags |= SHEF_DEPTH_NO_MOTION;
-        keep_earlier(chain, depth_history_find(&chain->history, 100 * SHEF_NS_PER_MS), report);
+        const int64_t span_ns = 100 * SHEF_NS_PER_MS;
+        const struct depth_past *earlier = depth_history_find(&chain->history, span_ns);
+
+        keep_earlier(chain, earlier, is_short_in_time(chain, earlier, span_ns), report);
     }
 }
 

@@ -39,6 +39,7 @@ extern "C" {
 #define SHEF_RESULT_SATURATED      (1u << 4) /* too many events for clear edges */
 #define SHEF_RESULT_NO_CONFIDENCE  (1u << 5) /* this mode has none: all are 1 */
 #define SHEF_RESULT_MODE_CHANGED   (1u << 6) /* the mode asked for lacked something: see mode */
+#define SHEF_RESULT_SETTLING       (1u << 7) /* one of the first frames: depths tend to be too far */
 
 /* Whether a pose can be used, and if not, why. As in pose_t. */
 enum shef_pose_validity {

@@ -75,6 +75,7 @@ static uint32_t result_flags(const struct shef_depth_report *report,
            (report->flags & SHEF_DEPTH_NO_PAST ? SHEF_RESULT_NO_PAST : 0) |
            (report->flags & SHEF_DEPTH_IS_SATURATED ? SHEF_RESULT_SATURATED : 0) |
            (report->flags & SHEF_DEPTH_NO_CONFIDENCE ? SHEF_RESULT_NO_CONFIDENCE : 0) |
+           (report->flags & SHEF_DEPTH_SETTLING ? SHEF_RESULT_SETTLING : 0) |
            (report->mode != wanted ? SHEF_RESULT_MODE_CHANGED : 0);
 }
 

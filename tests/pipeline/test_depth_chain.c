@@ -197,6 +197,34 @@ static void test_slow_motion_makes_temporal_pairs_span_more_frames(void)
     shef_depth_chain_destroy(chain);
 }
 
+/* Whether each of the first frames says that the chain has not settled. */
+static void expect_settled_from(enum shef_depth_mode mode, bool has_velocity, int32_t first)
+{
+    struct shef_depth_chain *chain = create_plain(mode);
+
+    for (int32_t i = 0; i < DEPTH_RIG_FRAMES; i++) {
+        const struct shef_depth_report report =
+            depth_rig_process(&rig, chain, i, has_velocity, &output);
+
+        TEST_ASSERT_EQUAL(i < first, (report.flags & SHEF_DEPTH_SETTLING) != 0);
+    }
+    shef_depth_chain_destroy(chain);
+}
+
+static void test_frames_before_a_full_temporal_pair_are_marked(void)
+{
+    const double velocity = rig.velocity_m_s[0];
+
+    expect_settled_from(SHEF_DEPTH_TEMPORAL, true, 1);
+    expect_settled_from(SHEF_DEPTH_TEMPORAL, false, 1);
+    expect_settled_from(SHEF_DEPTH_GRADED, true, 1);
+    rig.velocity_m_s[0] = velocity / 2;
+    expect_settled_from(SHEF_DEPTH_COMBINED, true, 3);
+    expect_settled_from(SHEF_DEPTH_GRADED, true, 1);
+    expect_settled_from(SHEF_DEPTH_PAPER_DS, true, 1);
+    rig.velocity_m_s[0] = velocity;
+}
+
 static float largest(struct shef_image_f32 image)
 {
     float most = 0;
@@ -337,6 +365,7 @@ int main(void)
     RUN_TEST(test_what_a_mode_lacks_is_replaced_and_said);
     RUN_TEST(test_a_mode_without_a_temporal_pair_reports_no_span);
     RUN_TEST(test_slow_motion_makes_temporal_pairs_span_more_frames);
+    RUN_TEST(test_frames_before_a_full_temporal_pair_are_marked);
     RUN_TEST(test_work_is_shed_as_told_and_reported);
     RUN_TEST(test_only_listed_modes_can_be_chosen);
     RUN_TEST(test_nothing_is_allocated_after_create);
