@@ -15,9 +15,10 @@
 extern "C" {
 #endif
 
-/* Snapshots in the pool: what the stereo thread holds and has before it, and those in the making.
- */
-#define SHEF_FILTER_SNAPSHOTS 20
+/* Snapshots in the pool, of 1.2 MB each: 10 that the stereo thread holds until the first frames'
+ * delays show whose they are, 2 in the making, and 6 on their way, which at 54 frames/s cover
+ * 110 ms; a frame that waits for 30 ms is left out anyway. */
+#define SHEF_FILTER_SNAPSHOTS 18
 
 struct shef_filter_stage;
 
