@@ -37,6 +37,8 @@ static int act(const struct shef_shefd_options *options, struct shef_error *err)
         shef_config_write_yaml(&config, stdout);
         return EXIT_SUCCESS;
     case SHEF_SHEFD_CHECK_CONFIG:
+        if (shef_shefd_calibration_check(&config, err) != SHEF_OK)
+            return fail(EXIT_WRONG_WORDS, err);
         printf("the settings are right\n");
         return EXIT_SUCCESS;
     default:

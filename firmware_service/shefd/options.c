@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "calib/calibration.h"
+#include "calib/rectification.h"
 #include "core/words.h"
 #include "publish/publisher.h"
 
@@ -202,4 +204,21 @@ enum shef_err shef_shefd_config_load(const struct shef_shefd_options *options,
     if (code == SHEF_OK)
         *out_config = config;
     return code;
+}
+
+enum shef_err shef_shefd_calibration_check(const struct shef_config *config, struct shef_error *err)
+{
+    struct shef_calibration calibration;
+    struct shef_rectification left;
+    struct shef_rectification right;
+    double baseline_m;
+    enum shef_err code;
+
+    if (!*config->calibration.file)
+        return SHEF_OK;
+    code = shef_calibration_read(config->calibration.file, &calibration, err);
+    if (code == SHEF_OK)
+        code = shef_rectification_pair(&calibration, config->calibration.profile, &left, &right,
+                                       &baseline_m, err);
+    return code == SHEF_OK ? code : shef_fail_context(err, "calibration.file");
 }

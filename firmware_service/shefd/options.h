@@ -44,4 +44,10 @@ SHEF_MUST_CHECK enum shef_err shef_shefd_config_load(const struct shef_shefd_opt
                                                      struct shef_config *out_config,
                                                      struct shef_error *err);
 
+/* Reads the calibration that the settings name and looks whether its cameras are a stereo pair.
+ * None named: it is the recording's affair. Errors of shef_calibration_read() and
+ * shef_rectification_pair(). */
+SHEF_MUST_CHECK enum shef_err shef_shefd_calibration_check(const struct shef_config *config,
+                                                           struct shef_error *err);
+
 #endif

@@ -58,6 +58,34 @@ static void test_every_action_has_its_option(void)
     TEST_ASSERT_EQUAL(SHEF_SHEFD_HELP, options.action);
 }
 
+static void test_a_calibration_that_the_settings_name_is_looked_at(void)
+{
+    const char *const source = shef_test_source("config/calibration.example.yaml");
+    uint8_t *bytes;
+    size_t n_bytes;
+    char *place;
+
+    shef_config_defaults(&config);
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_shefd_calibration_check(&config, &err));
+    snprintf(config.calibration.file, sizeof config.calibration.file, "%s", source);
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_file_read(source, 100000, &bytes, &n_bytes, &err));
+    TEST_ASSERT_EQUAL_MESSAGE(SHEF_OK, shef_shefd_calibration_check(&config, &err), err.text);
+    snprintf(config.calibration.file, sizeof config.calibration.file, "/no/such.yaml");
+    TEST_ASSERT_NOT_EQUAL(SHEF_OK, shef_shefd_calibration_check(&config, &err));
+    TEST_ASSERT_EQUAL_STRING("calibration.file: read '/no/such.yaml': No such file or directory",
+                             err.text);
+
+    /* The event camera on the left. */
+    place = strstr((char *)bytes, "[-0.06544");
+    TEST_ASSERT_NOT_NULL(place);
+    place[1] = ' ';
+    snprintf(config.calibration.file, sizeof config.calibration.file, "%s",
+             write_config((const char *)bytes));
+    TEST_ASSERT_EQUAL(SHEF_ERR_INVALID, shef_shefd_calibration_check(&config, &err));
+    TEST_ASSERT_EQUAL_INT(0, strncmp(err.text, "calibration.file: ", 18));
+    free(bytes);
+}
+
 static void test_mistakes_on_the_command_line_are_named(void)
 {
     expect_refused("--nonsense", "--nonsense is no option of shefd; see --help");
@@ -133,6 +161,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_without_options_it_runs);
     RUN_TEST(test_every_action_has_its_option);
+    RUN_TEST(test_a_calibration_that_the_settings_name_is_looked_at);
     RUN_TEST(test_mistakes_on_the_command_line_are_named);
     RUN_TEST(test_the_command_line_comes_before_the_file);
     RUN_TEST(test_settings_on_the_command_line_are_checked_like_the_files);
