@@ -7,9 +7,10 @@ service_pid=
 # Starts shefd as the present user with a private socket, and waits until it answers.
 #   start_service FOLDER [SHEFD_OPTION...]   FOLDER gets socket, recordings and log
 start_service() {
-    local folder=$1
+    local folder
+    mkdir -p "$1/recordings"
+    folder=$(cd "$1" && pwd) # the settings take full paths only
     shift
-    mkdir -p "$folder/recordings"
     # The path of a socket may have 107 bytes: a folder of its own, with a short name.
     socket_folder=$(mktemp -d /tmp/shef.XXXXXX)
     export SHEF_SOCKET=$socket_folder/s
