@@ -182,6 +182,8 @@ static void check_pairs(const struct shef_robust *matcher, const struct shef_edg
             assert(maps[j]->width_px == matcher->params.width_px);
             assert(maps[j]->height_px == matcher->params.height_px);
         }
+        assert(!pairs[i].picture.data || (pairs[i].picture.width_px == matcher->params.width_px &&
+                                          pairs[i].picture.height_px == matcher->params.height_px));
     }
 }
 
@@ -237,8 +239,13 @@ void shef_robust_match(struct shef_robust *matcher, const struct shef_edge_pair 
     local.alignment_spread_px = matcher->alignment_spread_px;
 
     start = now_ns();
+    robust_begin_read_out(matcher);
     run_stage(matcher, robust_confidence_task, matcher->n_chunks);
     run_stage(matcher, robust_pixels_task, matcher->n_chunks);
+    if (matcher->params.jump_reach_px > 0) {
+        run_stage(matcher, robust_settle_columns_task, robust_n_column_tasks(matcher));
+        run_stage(matcher, robust_finish_task, matcher->n_chunks);
+    }
     stage_ns[SHEF_ROBUST_READ_OUT] = now_ns() - start;
 
     start = now_ns();

@@ -2,7 +2,8 @@
  *
  * Normalised window correlation (ZNCC) on the half grid, a temporal prior carried from the
  * previous pair, semi-global aggregation along four paths, a sub-pixel fit, and a read-out at
- * the left view's edge pixels with a calibrated confidence. It differs from the paper's method
+ * the left view's edge pixels with a calibrated confidence; if wanted, outlines at jumps of depth
+ * put right pixel by pixel. It differs from the paper's method
  * (paper.h) in every step but the idea; docs/matcher.md says why, with measurements.
  *
  * Memory is allocated once, by create(). match() allocates nothing and locks nothing; its result
@@ -26,7 +27,8 @@
 extern "C" {
 #endif
 
-#define SHEF_ROBUST_MAX_SIDE_PX 4096
+#define SHEF_ROBUST_MAX_SIDE_PX  4096
+#define SHEF_ROBUST_MAX_REACH_PX 4
 
 struct shef_robust_params {
     int32_t width_px;             /* of both maps, 32..SHEF_ROBUST_MAX_SIDE_PX */
@@ -48,16 +50,25 @@ struct shef_robust_params {
     double confidence_scale;      /* of the confidence's logit, 0.1..10: fits it to another image */
     double confidence_offset;     /* scale, kind of map or limit of error; -10..10 */
     double saturated_share;       /* an event map with more edge pixels than this is saturated */
+    int32_t jump_reach_px;      /* how far the outline at a jump of depth may be moved to where the
+                                 * pixels want it, 0..SHEF_ROBUST_MAX_REACH_PX; 0: it stays */
+    double jump_least_px;       /* what counts as a jump, 0.25..16 */
+    double jump_picture_weight; /* of a step of brightness there, 0..64; evidence of the maps that
+                                 * one place holds is at most 14 */
+    double jump_growth_cost;    /* for each pixel that the nearer surface grows by, 0..64 */
 };
 
 /* What runs live: unsigned maps, 80 px in steps of 2, window 38x18 px.
- * Graded and ternary maps: a window of 14x14 px (signs need less support). */
+ * Graded and ternary maps: a window of 14x14 px (signs need less support). Outlines stay. */
 struct shef_robust_params shef_robust_defaults(int32_t width_px, int32_t height_px,
                                                enum shef_edge_kind kind);
 
 struct shef_edge_pair {
     const struct shef_edge_map *left;  /* frame edges, the reference view */
     const struct shef_edge_map *right; /* event edges: left(x, y) matches right(x - d, y) */
+    /* The left view itself, of the same size, for the outlines at jumps of depth; data NULL: they
+     * go by the maps alone. That of the first pair counts. */
+    struct shef_image_u8 picture;
 };
 
 /* Where the results go: images of the matcher's size. Those with data NULL are skipped.

@@ -34,6 +34,10 @@ struct shef_robust_params shef_robust_defaults(int32_t width_px, int32_t height_
         .prior_cap_px = 24.0,
         .confidence_scale = 1.0,
         .saturated_share = 0.40,
+        .jump_reach_px = 0,
+        .jump_least_px = 0.8,
+        .jump_picture_weight = 2.1,
+        .jump_growth_cost = 0.5,
     };
 }
 
@@ -125,6 +129,10 @@ static enum shef_err check(const struct shef_robust_params *params, struct shef_
         { "confidence scale", params->confidence_scale, 0.1, 10 },
         { "confidence offset", params->confidence_offset, -10, 10 },
         { "saturated share", params->saturated_share, 0, 1 },
+        { "jump reach (px)", params->jump_reach_px, 0, SHEF_ROBUST_MAX_REACH_PX },
+        { "least jump (px)", params->jump_least_px, 0.25, 16 },
+        { "jump picture weight", params->jump_picture_weight, 0, 64 },
+        { "jump growth cost", params->jump_growth_cost, 0, 64 },
     };
 
     for (size_t i = 0; i < sizeof ranges / sizeof ranges[0]; i++)
@@ -232,12 +240,14 @@ static void take_chunk(struct allocator *from, struct robust_chunk *chunk,
 }
 
 static void take_view(struct allocator *from, struct robust_view *view,
-                      const struct robust_shape *shape)
+                      const struct robust_shape *shape, bool settles_jumps)
 {
     const size_t n_rows = 2 * (size_t)shape->grid_height;
 
     TAKE_IMAGE(from, &view->left, 2 * shape->grid_width, 2 * shape->grid_height);
     TAKE_IMAGE(from, &view->right, 2 * shape->grid_width, 2 * shape->grid_height);
+    if (settles_jumps)
+        TAKE_IMAGE(from, &view->aligned, 2 * shape->grid_width, 2 * shape->grid_height);
     view->left_pairs = take(from, n_rows * (size_t)shape->left_length, sizeof(uint16_t));
     view->right_pairs = take(from, n_rows * (size_t)shape->right_length, sizeof(uint16_t));
 }
@@ -284,7 +294,7 @@ static void take_all(struct allocator *from, struct shef_robust *matcher,
     matcher->tables = take(from, 1, sizeof *matcher->tables);
     TAKE_IMAGE(from, &matcher->cell_confidence, shape->grid_width, shape->grid_height);
     for (int i = 0; i < 2; i++) {
-        take_view(from, &matcher->views[i], shape);
+        take_view(from, &matcher->views[i], shape, matcher->params.jump_reach_px > 0);
         take_grid(from, &matcher->grids[i], shape, &matcher->params);
     }
     matcher->chunks = take(from, (size_t)matcher->n_chunks, sizeof *matcher->chunks);
@@ -395,6 +405,7 @@ void shef_robust_destroy(struct shef_robust *matcher)
 
         free(view->left.data);
         free(view->right.data);
+        free(view->aligned.data);
         free(view->left_pairs);
         free(view->right_pairs);
         free(grid->disparity.data);

@@ -4,6 +4,7 @@
  *   robust_correlate.c  pair rows -> cost volume, horizontal path sums
  *   robust_aggregate.c  + vertical paths -> winner, disparity and margin per cell
  *   robust_readout.c    cells -> confidence, pixels
+ *   robust_jumps.c      pixels -> outlines at jumps of depth put right
  *   robust_create.c     parameters -> sizes, fixed-point scales, memory
  *   robust.c            the order of the stages, what one pair leaves to the next */
 #ifndef SHEF_PIPELINE_ROBUST_INTERNAL_H
@@ -38,10 +39,11 @@ struct robust_shape {
 
 /* One edge map pair in the form the kernels read. */
 struct robust_view {
-    struct shef_image_i8 left;  /* edge values, grid_height * 2 rows */
-    struct shef_image_i8 right; /* not aligned */
-    uint16_t *left_pairs;       /* 2 * grid_height rows of left_length */
-    uint16_t *right_pairs;      /* 2 * grid_height rows of right_length */
+    struct shef_image_i8 left;    /* edge values, grid_height * 2 rows */
+    struct shef_image_i8 right;   /* not aligned */
+    struct shef_image_i8 aligned; /* the same, aligned; only where outlines are put right */
+    uint16_t *left_pairs;         /* 2 * grid_height rows of left_length */
+    uint16_t *right_pairs;        /* 2 * grid_height rows of right_length */
 };
 
 /* Sums of the values and of their squares: over the window's rows, then over the whole window.
@@ -140,6 +142,9 @@ struct shef_robust {
     bool uses_past;
     double prior_cost_per_px;
     const struct shef_robust_output *output;
+    struct shef_image_f32 raw_disparity;    /* of every pixel before outlines are put right */
+    struct shef_image_f32 pixel_disparity;  /* after; data NULL: pixels go by rows of the chunks */
+    struct shef_image_f32 pixel_confidence; /* likewise */
 };
 
 /* Fills shape and the table scales from checked parameters. */
@@ -156,6 +161,16 @@ void robust_aggregate_task(void *matcher, int32_t strip, int32_t worker);
 int32_t robust_n_strips(const struct shef_robust *matcher);
 void robust_confidence_task(void *matcher, int32_t chunk, int32_t worker);
 void robust_pixels_task(void *matcher, int32_t chunk, int32_t worker);
+
+/* Decides where pixels are read out to. */
+void robust_begin_read_out(struct shef_robust *matcher);
+
+/* Outlines at jumps of depth: each row after it is read out, all columns after all rows; in the end
+ * what pixels_task does itself where outlines stay. */
+void robust_settle_row(struct shef_robust *matcher, int32_t y);
+void robust_settle_columns_task(void *matcher, int32_t task, int32_t worker);
+int32_t robust_n_column_tasks(const struct shef_robust *matcher);
+void robust_finish_task(void *matcher, int32_t chunk, int32_t worker);
 
 void robust_confidence_init(struct robust_confidence_tables *tables,
                             const struct shef_robust_params *params);

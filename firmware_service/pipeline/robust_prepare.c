@@ -121,6 +121,8 @@ void robust_pairs_task(void *context, int32_t chunk, int32_t worker)
     robust_chunk_rows(matcher, chunk, &first, &last);
     for (int32_t y = 2 * first; y < 2 * last; y++) {
         align_row(matcher, view, y, aligned);
+        if (view->aligned.data)
+            memcpy(shef_row_i8(view->aligned, y), aligned, (size_t)view->aligned.width_px);
         fill_left_pairs(shape, shef_row_i8(view->left, y),
                         view->left_pairs + (size_t)y * (size_t)shape->left_length);
         fill_right_pairs(matcher, aligned,

@@ -127,40 +127,100 @@ static void fill_cells(const struct shef_robust *matcher, int32_t y, struct shef
     }
 }
 
+/* An image of every pixel in a volume's memory. */
+static struct shef_image_f32 image_in(const struct shef_robust *matcher, uint16_t *volume,
+                                      int32_t place)
+{
+    const ptrdiff_t stride_bytes =
+        (ptrdiff_t)(2 * matcher->shape.grid_width) * (ptrdiff_t)sizeof(float);
+
+    return (struct shef_image_f32){
+        .data =
+            (float *)((uint8_t *)volume + place * 2 * matcher->shape.grid_height * stride_bytes),
+        .width_px = matcher->params.width_px,
+        .height_px = matcher->params.height_px,
+        .stride_bytes = stride_bytes,
+    };
+}
+
+void robust_begin_read_out(struct shef_robust *matcher)
+{
+    const struct shef_robust_output *output = matcher->output;
+    const bool is_dense = output->dense_disparity.data && output->dense_confidence.data;
+
+    /* The volumes have done their work: 2 bytes for each lane of each fourth pixel. */
+    _Static_assert(SHEF_MATCH_LANE_MULTIPLE * sizeof(uint16_t) / 4 >= 2 * sizeof(float),
+                   "a volume has room for two images");
+    matcher->raw_disparity = image_in(matcher, matcher->sums, 0);
+    matcher->pixel_disparity = (struct shef_image_f32){ 0 };
+    matcher->pixel_confidence = (struct shef_image_f32){ 0 };
+    /* Rows come in whole cells: an image of odd width has no room for the last one's second. */
+    if (is_dense && matcher->params.width_px == 2 * matcher->shape.grid_width) {
+        matcher->pixel_disparity = output->dense_disparity;
+        matcher->pixel_confidence = output->dense_confidence;
+    } else if (matcher->params.jump_reach_px > 0) {
+        matcher->pixel_disparity = image_in(matcher, matcher->sums, 1);
+        matcher->pixel_confidence = image_in(matcher, matcher->costs, 0);
+    }
+}
+
+/* Where every pixel of a row goes first. */
+struct pixel_row {
+    float *disparity;
+    float *confidence;
+};
+
+static struct pixel_row pixel_row_of(const struct shef_robust *matcher,
+                                     const struct robust_chunk *chunk, int32_t y)
+{
+    if (!matcher->pixel_disparity.data)
+        return (struct pixel_row){ chunk->pixel_disparity, chunk->pixel_confidence };
+    return (struct pixel_row){ shef_row_f32(matcher->pixel_disparity, y),
+                               shef_row_f32(matcher->pixel_confidence, y) };
+}
+
 /* One pixel row from its own cell row and the nearer neighbouring one. */
 static void read_row(const struct shef_robust *matcher, const struct robust_chunk *chunk,
                      const struct shef_cell_row *near_row, const struct shef_cell_row *far_row,
                      int32_t y)
 {
     const struct shef_row_kernels *rows = matcher->rows;
-    const struct shef_robust_output *output = matcher->output;
-    const int32_t width = matcher->params.width_px;
+    const struct pixel_row out = pixel_row_of(matcher, chunk, y);
     const int32_t n_cells = matcher->shape.grid_width;
-    const int8_t *left = shef_row_i8(matcher->views[0].left, y);
-    /* Rows come in whole cells: an image of odd width has no room for the last one's second. */
-    const bool fits =
-        output->dense_disparity.data && output->dense_confidence.data && width == 2 * n_cells;
-    float *disparity = fits ? shef_row_f32(output->dense_disparity, y) : chunk->pixel_disparity;
-    float *confidence = fits ? shef_row_f32(output->dense_confidence, y) : chunk->pixel_confidence;
 
     for (int side = 0; side < 2; side++)
         rows->side(near_row, far_row, side ? 1 : -1, n_cells, 32.0f * SAME_SURFACE_PX,
                    chunk->side_disparity[side], chunk->side_confidence[side]);
-    rows->interleave(chunk->side_disparity[0], chunk->side_disparity[1], n_cells, disparity);
-    rows->interleave(chunk->side_confidence[0], chunk->side_confidence[1], n_cells, confidence);
+    rows->interleave(chunk->side_disparity[0], chunk->side_disparity[1], n_cells, out.disparity);
+    rows->interleave(chunk->side_confidence[0], chunk->side_confidence[1], n_cells, out.confidence);
+}
+
+/* A row of the output from its pixels. */
+static void finish_row(const struct shef_robust *matcher, const struct robust_chunk *chunk,
+                       int32_t y)
+{
+    const struct shef_row_kernels *rows = matcher->rows;
+    const struct shef_robust_output *output = matcher->output;
+    const struct pixel_row pixels = pixel_row_of(matcher, chunk, y);
+    const int32_t width = matcher->params.width_px;
+    const size_t n_bytes = (size_t)width * sizeof(float);
+    const int8_t *left = shef_row_i8(matcher->views[0].left, y);
+
     if (matcher->has_bias) {
         shef_field_row(&matcher->bias, y, 0.0, 1.0, width, chunk->bias);
-        rows->take_off_bias(chunk->bias, width, disparity, confidence);
+        rows->take_off_bias(chunk->bias, width, pixels.disparity, pixels.confidence);
     }
     if (output->disparity.data)
-        rows->keep_edges(left, disparity, width, shef_row_f32(output->disparity, y));
+        rows->keep_edges(left, pixels.disparity, width, shef_row_f32(output->disparity, y));
     if (output->confidence.data)
-        rows->keep_edges(left, confidence, width, shef_row_f32(output->confidence, y));
-    if (output->dense_disparity.data && !fits)
-        memcpy(shef_row_f32(output->dense_disparity, y), disparity, (size_t)width * sizeof(float));
-    if (output->dense_confidence.data && !fits)
-        memcpy(shef_row_f32(output->dense_confidence, y), confidence,
-               (size_t)width * sizeof(float));
+        rows->keep_edges(left, pixels.confidence, width, shef_row_f32(output->confidence, y));
+    if (matcher->pixel_disparity.data &&
+        matcher->pixel_disparity.data == output->dense_disparity.data)
+        return;
+    if (output->dense_disparity.data)
+        memcpy(shef_row_f32(output->dense_disparity, y), pixels.disparity, n_bytes);
+    if (output->dense_confidence.data)
+        memcpy(shef_row_f32(output->dense_confidence, y), pixels.confidence, n_bytes);
 }
 
 void robust_pixels_task(void *context, int32_t chunk_index, int32_t worker)
@@ -182,7 +242,24 @@ void robust_pixels_task(void *context, int32_t chunk_index, int32_t worker)
         struct shef_cell_row *below = &chunk->cells[(y - first + 2) % 3];
 
         fill_cells(matcher, clamp(y + 1, 0, last_cell_row), below);
-        for (int32_t half = 0; half < 2 && 2 * y + half < matcher->params.height_px; half++)
+        for (int32_t half = 0; half < 2 && 2 * y + half < matcher->params.height_px; half++) {
             read_row(matcher, chunk, own, half ? below : above, 2 * y + half);
+            if (matcher->params.jump_reach_px > 0)
+                robust_settle_row(matcher, 2 * y + half);
+            else
+                finish_row(matcher, chunk, 2 * y + half);
+        }
     }
+}
+
+void robust_finish_task(void *context, int32_t chunk, int32_t worker)
+{
+    const struct shef_robust *matcher = context;
+    int32_t first;
+    int32_t last;
+
+    (void)worker;
+    robust_chunk_rows(matcher, chunk, &first, &last);
+    for (int32_t y = 2 * first; y < 2 * last && y < matcher->params.height_px; y++)
+        finish_row(matcher, &matcher->chunks[chunk], y);
 }

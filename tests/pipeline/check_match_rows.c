@@ -289,6 +289,114 @@ static void test_the_read_out_is_the_same(void)
     for_each_isa(check_read_out);
 }
 
+static void check_jumps(const struct shef_row_kernels *reference,
+                        const struct shef_row_kernels *tested)
+{
+    const int32_t n = pick(1, MOST_VALUES);
+    const float *lines[4];
+    uint8_t *marks[2] = { take((size_t)n), take((size_t)n) };
+
+    for (int i = 0; i < 4; i++) {
+        float *line = take_floats(n, 0.0, 4.0);
+
+        /* Whole numbers now and then, so that steps are equal. */
+        for (int32_t x = 0; x < n; x++)
+            line[x] = pick(0, 1) ? (float)(int32_t)line[x] : line[x];
+        lines[i] = line;
+    }
+    reference->find_jumps(lines, n, 1.0f, marks[0]);
+    tested->find_jumps(lines, n, 1.0f, marks[1]);
+    TEST_ASSERT_EQUAL_MEMORY(marks[0], marks[1], (size_t)n);
+}
+
+static void test_jumps_are_the_same(void)
+{
+    for_each_isa(check_jumps);
+}
+
+/* Of three jumps, the middle one is where disparity changes most; of two equal steps, the first. */
+static void test_a_jump_is_where_disparity_changes_most(void)
+{
+    const float row[] = { 5.0f, 5.0f, 5.25f, 9.0f, 9.25f, 9.25f, 9.25f, 8.0f, 6.75f, 6.75f, 6.75f };
+    const float *const lines[4] = { row, row + 1, row + 2, row + 3 };
+    const uint8_t expected[8] = { 0, 1, 0, 0, 0, 1, 0, 0 };
+    uint8_t marks[8];
+
+    shef_row_kernels_c.find_jumps(lines, 8, 0.8f, marks);
+    TEST_ASSERT_EQUAL_UINT8_ARRAY(expected, marks, 8);
+}
+
+/* Largest values included. */
+static int8_t *take_map(int32_t n)
+{
+    int8_t *values = take((size_t)n);
+
+    for (int32_t i = 0; i < n; i++)
+        values[i] = (int8_t)(pick(0, 3) ? pick(-15, 15) : pick(0, 1) ? 15 : -15);
+    return values;
+}
+
+static void check_evidence(const struct shef_row_kernels *reference,
+                           const struct shef_row_kernels *tested)
+{
+    enum { N = SHEF_ROWS_EVIDENCE_PX, FINE = SHEF_ROWS_EVIDENCE_FINE };
+    const int32_t n_rows = pick(1, 8);
+    const ptrdiff_t row_step = pick(0, 1) ? N : 0;
+    const ptrdiff_t stride = N + 1 + pick(0, 20);
+    const int8_t *left = take_map((int32_t)(stride * n_rows));
+    const int8_t *right = take_map((int32_t)(stride * n_rows));
+    struct shef_rows_patch patch = {
+        .left = left,
+        .left_stride = stride,
+        .right_stride = stride,
+        .n_rows = n_rows,
+    };
+    const size_t n_bytes = (size_t)(N * n_rows) * sizeof(int32_t);
+    int32_t *expected = memset(take(n_bytes), 0, n_bytes);
+    int32_t *actual = memset(take(n_bytes), 0, n_bytes);
+
+    for (int i = 0; i < 2; i++) {
+        const int32_t fraction = pick(0, FINE - 1);
+
+        patch.at[i] = right + pick(1, (int32_t)stride - N);
+        patch.weight[i][0] = (int16_t)(FINE - fraction);
+        patch.weight[i][1] = (int16_t)fraction;
+    }
+    reference->evidence(&patch, row_step, expected);
+    tested->evidence(&patch, row_step, actual);
+    TEST_ASSERT_EQUAL_MEMORY(expected, actual, n_bytes);
+}
+
+static void test_evidence_is_the_same(void)
+{
+    for_each_isa(check_evidence);
+}
+
+/* By hand: left 2; right 3 at the first disparity, between 15 and -1 at the second. */
+static void test_evidence_is_half_the_difference_of_squared_differences(void)
+{
+    enum { N = SHEF_ROWS_EVIDENCE_PX, FINE = SHEF_ROWS_EVIDENCE_FINE };
+    int8_t left[N];
+    int8_t first[N + 1];
+    int8_t second[N + 1];
+    int32_t sum[N] = { 0 };
+    const struct shef_rows_patch patch = {
+        .left = left,
+        .at = { first + 1, second + 1 },
+        .weight = { { FINE, 0 }, { FINE / 2, FINE / 2 } },
+        .n_rows = 1,
+    };
+
+    memset(left, 2, sizeof left);
+    memset(first, 3, sizeof first);
+    for (int i = 0; i <= N; i++)
+        second[i] = i % 2 ? 15 : -1;
+    shef_row_kernels_c.evidence(&patch, 0, sum);
+    /* (2 - 7)^2 = 25 against (2 - 3)^2 = 1. */
+    for (int i = 0; i < N; i++)
+        TEST_ASSERT_EQUAL_INT32((25 - 1) * FINE * FINE, sum[i]);
+}
+
 /* By hand: an edge pixel a quarter of a cell left of its cell's centre. */
 static void test_a_pixel_is_the_mean_of_the_cells_on_its_surface(void)
 {
@@ -324,6 +432,10 @@ int main(void)
     RUN_TEST(test_gains_are_the_same);
     RUN_TEST(test_pixels_between_cells_are_the_same);
     RUN_TEST(test_the_read_out_is_the_same);
+    RUN_TEST(test_jumps_are_the_same);
+    RUN_TEST(test_a_jump_is_where_disparity_changes_most);
+    RUN_TEST(test_evidence_is_the_same);
+    RUN_TEST(test_evidence_is_half_the_difference_of_squared_differences);
     RUN_TEST(test_a_pixel_is_the_mean_of_the_cells_on_its_surface);
     return UNITY_END();
 }

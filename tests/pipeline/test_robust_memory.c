@@ -127,12 +127,16 @@ static struct shef_workers *create_working_threads(int32_t n_threads)
     return workers;
 }
 
-/* Pairs with everything in use: alignment measured, bias, past, a second pair, a cut, a gap. */
+/* Pairs with everything in use: alignment measured, bias, past, a second pair, a cut, a gap,
+ * outlines. */
 static void expect_no_allocation(enum shef_edge_kind kind, int32_t n_workers)
 {
-    const struct shef_robust_params params = shef_robust_defaults(121, 83, kind);
+    struct shef_robust_params params = shef_robust_defaults(121, 83, kind);
     const struct shef_smooth_field bias = { .c = { 1.0 }, .width_px = 121, .height_px = 83 };
     struct shef_workers *workers = create_working_threads(n_workers);
+
+    params.jump_reach_px = SHEF_ROBUST_MAX_REACH_PX;
+
     struct shef_robust *matcher = matcher_create(&params, workers);
     struct result result = result_create(121, 83);
     struct scene scene = { .kind = kind, .width_px = 121, .height_px = 83, .near_px = 20.0 };

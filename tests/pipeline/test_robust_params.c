@@ -59,6 +59,11 @@ static void test_every_parameter_has_a_range_and_a_sentence(void)
     EXPECT_RANGE(score_weight, 0.0, 64.0, -0.1, 64.1, "score weight is");
     EXPECT_RANGE(confidence_scale, 0.1, 10.0, 0.05, 10.1, "confidence scale is");
     EXPECT_RANGE(confidence_offset, -10.0, 10.0, -10.1, 10.1, "confidence offset is");
+    EXPECT_RANGE(jump_reach_px, 0, SHEF_ROBUST_MAX_REACH_PX, -1, SHEF_ROBUST_MAX_REACH_PX + 1,
+                 "jump reach (px) is");
+    EXPECT_RANGE(jump_least_px, 0.25, 16.0, 0.2, 16.1, "least jump (px) is");
+    EXPECT_RANGE(jump_picture_weight, 0.0, 64.0, -0.1, 64.1, "jump picture weight is");
+    EXPECT_RANGE(jump_growth_cost, 0.0, 64.0, -0.1, 64.1, "jump growth cost is");
     EXPECT_RANGE(saturated_share, 0.0, 1.0, -0.1, 1.1, "saturated share is");
 }
 

@@ -5,6 +5,7 @@
 #ifndef SHEF_PIPELINE_KERNELS_ROWS_H
 #define SHEF_PIPELINE_KERNELS_ROWS_H
 
+#include <stddef.h>
 #include <stdint.h>
 
 /* Sums of values (or of their squares) that two rows of byte pairs add and two others take off.
@@ -66,6 +67,31 @@ typedef void shef_rows_depth_fn(const struct shef_depth_terms *terms, const floa
                                 const float *confidence, int32_t n, float *out_depth_m,
                                 float *out_sigma_m);
 
+/* Marks where values jump: 1 where lines[3] and lines[0] differ by more than least, and lines[2]
+ * and lines[1] by more than the neighbours before and by no less than those behind; else 0. */
+typedef void shef_rows_jumps_fn(const float *const lines[4], int32_t n, float least,
+                                uint8_t *out_marks);
+
+#define SHEF_ROWS_EVIDENCE_PX   8
+#define SHEF_ROWS_EVIDENCE_FINE 4 /* steps of a fraction of a pixel */
+
+/* A patch of both maps, seen at two disparities: SHEF_ROWS_EVIDENCE_PX columns, n_rows rows. Pixel
+ * x of the left map meets at[x] and at[x - 1] of the right one, weighted. */
+struct shef_rows_patch {
+    const int8_t *left; /* values of at most 15 either way */
+    ptrdiff_t left_stride;
+    const int8_t *at[2]; /* the first row at each disparity */
+    ptrdiff_t right_stride;
+    int16_t weight[2][2]; /* of both pixels; SHEF_ROWS_EVIDENCE_FINE in all */
+    int32_t n_rows;
+};
+
+/* By how much each pixel is more like the right map at the first disparity than at the second: half
+ * the difference of the squared differences, times 2 SHEF_ROWS_EVIDENCE_FINE^2.
+ *   sum  SHEF_ROWS_EVIDENCE_PX values, added to; those of the next row are row_step further */
+typedef void shef_rows_evidence_fn(const struct shef_rows_patch *patch, ptrdiff_t row_step,
+                                   int32_t *sum);
+
 struct shef_row_kernels {
     uint32_t cpu_features;
     shef_rows_window_fn *window_sums;
@@ -78,6 +104,8 @@ struct shef_row_kernels {
     shef_rows_bias_fn *take_off_bias;
     shef_rows_keep_fn *keep_edges;
     shef_rows_depth_fn *depth;
+    shef_rows_jumps_fn *find_jumps;
+    shef_rows_evidence_fn *evidence;
 };
 
 /* The best table that these features (core/cpu.h) allow. Never NULL. */

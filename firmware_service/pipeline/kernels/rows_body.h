@@ -169,10 +169,52 @@ static void depth(const struct shef_depth_terms *terms, const float *restrict di
     }
 }
 
+static void find_jumps(const float *const lines[4], int32_t n, float least,
+                       uint8_t *restrict out_marks)
+{
+    const float *restrict a = lines[0];
+    const float *restrict b = lines[1];
+    const float *restrict c = lines[2];
+    const float *restrict d = lines[3];
+
+    for (int32_t i = 0; i < n; i++) {
+        const float step = fabsf(c[i] - b[i]);
+
+        out_marks[i] = (uint8_t)((fabsf(d[i] - a[i]) > least) & (step > fabsf(b[i] - a[i])) &
+                                 (step >= fabsf(d[i] - c[i])));
+    }
+}
+
+/* |u|, |v| <= 15 FINE: all products fit int16. */
+static void evidence(const struct shef_rows_patch *patch, ptrdiff_t row_step, int32_t *sum)
+{
+    const int16_t w0 = patch->weight[0][0];
+    const int16_t w1 = patch->weight[0][1];
+    const int16_t w2 = patch->weight[1][0];
+    const int16_t w3 = patch->weight[1][1];
+
+    for (int32_t row = 0; row < patch->n_rows; row++) {
+        const int8_t *restrict left = patch->left + row * patch->left_stride;
+        const int8_t *restrict a = patch->at[0] + row * patch->right_stride;
+        const int8_t *restrict b = patch->at[1] + row * patch->right_stride;
+        int32_t *restrict to = sum + row * row_step;
+
+        /* Unrolled, it would not be vectorised. */
+#pragma GCC unroll 1
+        for (int i = 0; i < SHEF_ROWS_EVIDENCE_PX; i++) {
+            const int16_t u = (int16_t)(a[i] * w0 + a[i - 1] * w1);
+            const int16_t v = (int16_t)(b[i] * w2 + b[i - 1] * w3);
+            const int16_t both = (int16_t)(2 * SHEF_ROWS_EVIDENCE_FINE * left[i] - u - v);
+
+            to[i] += (int16_t)((int16_t)(u - v) * both);
+        }
+    }
+}
+
 #define SHEF_ROW_KERNELS(features)                                                                 \
     {                                                                                              \
         .cpu_features = (features), .window_sums = window_sums, .mirror_pairs = mirror_pairs,      \
         .slide_values = slide_values, .slide_squares = slide_squares, .gains = gains,              \
         .side = side_pixels, .interleave = interleave, .take_off_bias = take_off_bias,             \
-        .keep_edges = keep_edges, .depth = depth,                                                  \
+        .keep_edges = keep_edges, .depth = depth, .find_jumps = find_jumps, .evidence = evidence,  \
     }
