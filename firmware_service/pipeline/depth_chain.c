@@ -154,6 +154,7 @@ static void set_pairs(struct shef_depth_chain *chain)
     default:
         chain->pairs[0] = (struct shef_edge_pair){ &chain->edges, &chain->unsigned_right };
     }
+    chain->pairs[0].picture = chain->now->picture;
 }
 
 /* Estimates everywhere, into the caller's dense images or scratch ones. */

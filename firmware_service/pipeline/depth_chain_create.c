@@ -125,7 +125,7 @@ static struct shef_robust_params robust_params(const struct shef_depth_chain *ch
         } confidence[N_KINDS] = {
             [SHEF_EDGE_UNSIGNED] = { 1.28, -0.03 },
             [SHEF_EDGE_TERNARY] = { 1.32, -0.04 },
-            [SHEF_EDGE_GRADED] = { 1.41, 0.43 },
+            [SHEF_EDGE_GRADED] = { 1.16, 1.43 },
         };
         const bool is_graded = kind == SHEF_EDGE_GRADED;
 
@@ -137,6 +137,7 @@ static struct shef_robust_params robust_params(const struct shef_depth_chain *ch
         params.p1 = 360;
         params.p2 = is_graded ? 1200 : 2000;
         params.score_weight = 16;
+        params.jump_reach_px = 4;
     }
     return params;
 }
