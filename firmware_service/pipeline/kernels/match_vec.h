@@ -35,51 +35,52 @@ static void columns_vec(int16_t *columns, const struct shef_match_rows *entering
 }
 
 /* One vector of levels along the row, the running window sum in a register. The flags are
- * constants where this is inlined. */
+ * constants where this is inlined. The row is taken by value: vector stores may alias anything but
+ * a local. */
 static inline __attribute__((always_inline)) void costs_of_levels(uint16_t *costs,
-                                                                  const struct shef_match_row *row,
+                                                                  const struct shef_match_row row,
                                                                   int32_t k, int is_signed,
                                                                   int has_prior)
 {
-    const int32_t w = row->half_width_cells;
-    const ptrdiff_t stride = row->n_lanes;
-    const int32_t n = row->n_lanes - k;
-    const struct shef_match_scale scale = row->scale;
+    const int32_t w = row.half_width_cells;
+    const ptrdiff_t stride = row.n_lanes;
+    const int32_t n = row.n_lanes - k;
+    const struct shef_match_scale scale = row.scale;
     const vec one = vec_set1(SHEF_MATCH_COST_ONE);
     const vec minus_one = vec_set1(-SHEF_MATCH_COST_ONE);
     const vec unit = vec_set1(scale.unit);
-    const vec cap = vec_set1(row->prior_cap);
+    const vec cap = vec_set1(row.prior_cap);
     const vec lanes = vec_add(vec_iota(), vec_set1((int16_t)k));
-    const vec position = vec_mul(vec_add(lanes, vec_set1(1)), vec_set1(row->step));
-    const vec_select is_level = vec_above(vec_set1((int16_t)row->n_levels), lanes);
-    const int16_t *column = row->columns + k;
+    const vec position = vec_mul(vec_add(lanes, vec_set1(1)), vec_set1(row.step));
+    const vec_select is_level = vec_above(vec_set1((int16_t)row.n_levels), lanes);
+    const int16_t *column = row.columns + k;
     vec box = vec_set1(0);
 
     for (int32_t g = -w; g < w; g++)
         box = vec_add(box, vec_load_first(column + g * stride, n));
-    for (int32_t g = 0; g < row->n_cells; g++) {
-        const ptrdiff_t right_at = k - (ptrdiff_t)g * row->pairs_per_cell;
-        const vec right_sum = vec_load_first(row->right_sum + right_at, n);
+    for (int32_t g = 0; g < row.n_cells; g++) {
+        const ptrdiff_t right_at = k - (ptrdiff_t)g * row.pairs_per_cell;
+        const vec right_sum = vec_load_first(row.right_sum + right_at, n);
         uint16_t *cost = costs + g * stride + k;
 
         box = vec_add(box, vec_load_first(column + (g + w) * stride, n));
         vec t = vec_shift_left(box, scale.shift);
         if (is_signed)
             t = vec_sub(t, right_sum);
-        const vec num = vec_sub(t, vec_mulhrs(vec_set1(row->left_mean[g]), right_sum));
+        const vec num = vec_sub(t, vec_mulhrs(vec_set1(row.left_mean[g]), right_sum));
         const vec half =
-            vec_shift_left(vec_mulhrs(num, vec_set1(row->left_gain[g])), scale.gain_shift);
+            vec_shift_left(vec_mulhrs(num, vec_set1(row.left_gain[g])), scale.gain_shift);
         const vec z =
-            vec_mulhrs(vec_mulhrs(half, vec_load_first(row->right_gain + right_at, n)), unit);
+            vec_mulhrs(vec_mulhrs(half, vec_load_first(row.right_gain + right_at, n)), unit);
         vec value = vec_sub(one, vec_max(minus_one, vec_min(one, z)));
 
-        if (row->is_second_pair)
+        if (row.is_second_pair)
             value = vec_average(value, vec_load_first(cost, n));
         if (has_prior) {
-            const vec away = vec_abs(vec_sub(position, vec_set1(row->expected[g])));
+            const vec away = vec_abs(vec_sub(position, vec_set1(row.expected[g])));
             const vec capped = vec_shift_left(vec_min(away, cap), 6);
 
-            value = vec_add(value, vec_mulhrs(capped, vec_set1(row->weight[g])));
+            value = vec_add(value, vec_mulhrs(capped, vec_set1(row.weight[g])));
         }
         vec_store_first(cost, vec_choose(is_level, value, vec_set1(SHEF_MATCH_NO_LEVEL)), n);
         box = vec_sub(box, vec_load_first(column + (g - w) * stride, n));
@@ -90,13 +91,13 @@ static void costs_vec(uint16_t *costs, const struct shef_match_row *row)
 {
     for (int32_t k = 0; k < row->n_lanes; k += VEC_LANES) {
         if (row->scale.is_signed && row->expected)
-            costs_of_levels(costs, row, k, 1, 1);
+            costs_of_levels(costs, *row, k, 1, 1);
         else if (row->scale.is_signed)
-            costs_of_levels(costs, row, k, 1, 0);
+            costs_of_levels(costs, *row, k, 1, 0);
         else if (row->expected)
-            costs_of_levels(costs, row, k, 0, 1);
+            costs_of_levels(costs, *row, k, 0, 1);
         else
-            costs_of_levels(costs, row, k, 0, 0);
+            costs_of_levels(costs, *row, k, 0, 0);
     }
 }
 
