@@ -121,11 +121,15 @@ const char *shef_evt_violation_name(enum shef_evt_violation violation);
  * Counts are not part of it. Little-endian, the same on every machine. */
 void shef_evt_save(const struct shef_evt_decoder *decoder, uint8_t out_state[SHEF_EVT_STATE_BYTES]);
 
-/* Continues from a saved state; the decoder has been initialised with the same format.
+/* Continues from a saved state; the decoder has been initialised with the same format. Counts go
+ * on.
  * SHEF_ERR_FORMAT: the bytes are not such a state; the decoder is unchanged. */
 SHEF_MUST_CHECK enum shef_err shef_evt_restore(struct shef_evt_decoder *decoder,
                                                const uint8_t state[SHEF_EVT_STATE_BYTES],
                                                struct shef_error *err);
+
+/* Makes a saved state's time later by shift_us, so that what is decoded from it is, too. */
+void shef_evt_state_shift(uint8_t state[SHEF_EVT_STATE_BYTES], int64_t shift_us);
 
 #ifdef __cplusplus
 }

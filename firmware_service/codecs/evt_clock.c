@@ -38,7 +38,7 @@ static void start(struct shef_evt_clock *clock, uint32_t value)
         ahead_us += range_us;
     if (ahead_us >= range_us / 2 && clock->near_us != 0)
         ahead_us -= range_us;
-    clock->high_us = clock->near_us + ahead_us;
+    clock->high_us = clock->near_us + ahead_us + clock->offset_us;
     clock->high = value;
     clock->known = true;
 }

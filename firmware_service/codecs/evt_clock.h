@@ -32,6 +32,7 @@ struct shef_evt_clock {
     uint32_t mask;       /* 2^bits - 1 */
     uint32_t n_back_max; /* how many steps back still count as back, not as ahead */
     int64_t near_us;     /* what the first TIME_HIGH is unwrapped next to */
+    int64_t offset_us;   /* and what is then added; 0 by init */
     /* Set by words. */
     int64_t high_us;    /* 64-bit time of the current TIME_HIGH */
     uint32_t high;      /* its value */

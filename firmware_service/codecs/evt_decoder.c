@@ -30,7 +30,7 @@ void shef_evt_init(struct shef_evt_decoder *decoder, enum shef_evt_format format
 int64_t shef_evt_reached_us(const struct shef_evt_decoder *decoder)
 {
     if (!decoder->clock.known)
-        return decoder->clock.near_us;
+        return decoder->clock.near_us + decoder->clock.offset_us;
     return decoder->clock.high_us + decoder->low_us;
 }
 

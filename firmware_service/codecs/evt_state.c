@@ -12,7 +12,9 @@
  *  32  u8 agreeing words, u8 repeats, u8 group phase, u8 carried bytes
  *  36  8 carried bytes
  *  44  u32 spare bits of a TIME_HIGH, u8 how often they came (EVT2.1)
- *  49  15 zero bytes
+ *  49  7 zero bytes
+ *  56  i64 us that are added to what the first TIME_HIGH says, and are in the time at 8 once it is
+ *      known
  * A hunt for the alignment is not kept: the next segment starts it anew, with the first words
  * that are impossible. */
 static const uint8_t state_magic[4] = { 'E', 'V', 'S', 1 };
@@ -84,6 +86,15 @@ void shef_evt_save(const struct shef_evt_decoder *decoder, uint8_t out_state[SHE
     memcpy(out_state + 36, decoder->carried, sizeof decoder->carried);
     put(out_state + 44, decoder->spare, 4);
     put(out_state + 48, decoder->n_spare, 1);
+    put(out_state + 56, (uint64_t)clock->offset_us, 8);
+}
+
+/* Times that can be added and subtracted: 70 000 years. */
+static bool is_time(const uint8_t *bytes)
+{
+    const int64_t us = (int64_t)shef_load_u64(bytes);
+
+    return us > INT64_MIN / 4 && us < INT64_MAX / 4;
 }
 
 /* Whether every field is one that save() could have written for this decoder. */
@@ -91,8 +102,9 @@ static bool is_plausible(const struct shef_evt_decoder *decoder, const uint8_t *
 {
     const uint32_t low_limit_us = (uint32_t)decoder->clock.step_us;
 
-    return state[4] == decoder->format && state[5] <= 15 && state[6] <= SHEF_EVT_ROW_FOREIGN &&
-           state[7] <= FLAG_ALL && shef_load_u32(state + 16) <= decoder->clock.mask &&
+    return state[4] == decoder->format && is_time(state + 8) && is_time(state + 56) &&
+           state[5] <= 15 && state[6] <= SHEF_EVT_ROW_FOREIGN && state[7] <= FLAG_ALL &&
+           shef_load_u32(state + 16) <= decoder->clock.mask &&
            shef_load_u32(state + 20) <= decoder->clock.mask &&
            shef_load_u32(state + 24) < low_limit_us &&
            (state[6] != SHEF_EVT_ROW_VALID || shef_load_u16(state + 28) < decoder->height_px) &&
@@ -116,13 +128,14 @@ enum shef_err shef_evt_restore(struct shef_evt_decoder *decoder,
 
     clock->known = (state[7] & FLAG_KNOWN) != 0;
     clock->in_doubt = (state[7] & FLAG_IN_DOUBT) != 0;
-    clock->near_us = time_us;
+    clock->offset_us = (int64_t)shef_load_u64(state + 56);
+    clock->near_us = time_us - (clock->known ? clock->offset_us : 0);
     clock->high_us = clock->known ? time_us : 0;
     clock->high = shef_load_u32(state + 16);
     clock->candidate = shef_load_u32(state + 20);
     clock->n_agreeing = state[32];
     clock->n_repeats = state[33];
-    clock->n_wraps = 0;
+    clock->n_wraps = (uint32_t)decoder->stats.n_wraps;
     shef_evt_clock_mark(clock, &decoder->calm);
     decoder->calm.known = shef_evt_clock_runs(clock);
     decoder->sync = (struct shef_evt_sync){ .last_bad_word = decoder->stats.n_words,
@@ -141,4 +154,12 @@ enum shef_err shef_evt_restore(struct shef_evt_decoder *decoder,
     decoder->n_spare = state[48];
     decoder->n_strange = 0;
     return SHEF_OK;
+}
+
+void shef_evt_state_shift(uint8_t state[SHEF_EVT_STATE_BYTES], int64_t shift_us)
+{
+    const bool known = (state[7] & FLAG_KNOWN) != 0;
+
+    put(state + 8, shef_load_u64(state + 8) + (known ? (uint64_t)shift_us : 0), 8);
+    put(state + 56, shef_load_u64(state + 56) + (uint64_t)shift_us, 8);
 }

@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "core/crc32c.h"
@@ -12,6 +13,10 @@
 /* A stream whose buffers never end with a word still gets its segments ended, at this many times
  * their size. */
 #define CUT_ANYWAY 2
+
+/* The disk is set to work on so much at a time, or all of a second's data would wait for the moment
+ * when they have to be there. */
+#define EARLY_BYTES (UINT64_C(4) << 20)
 
 /* Returns 0 or errno. */
 static int write_all(int fd, const void *bytes, size_t n_bytes)
@@ -67,12 +72,34 @@ static int close_files(struct shef_block_writer *writer)
     return failure;
 }
 
-/* Makes both files durable, the data before what vouches for them. Returns 0 or errno. */
-static int sync_files(struct shef_block_writer *writer)
+/* Makes both files durable, the data before what vouches for them, as long as they have names. */
+static enum shef_err sync_files(struct shef_block_writer *writer, struct shef_error *err)
 {
+    struct stat info;
+
     if (fdatasync(writer->data_fd) != 0 || fdatasync(writer->index_fd) != 0)
-        return errno;
-    return 0;
+        return fail(writer, errno, writer->data_path, err);
+    if (fstat(writer->data_fd, &info) == 0 && info.st_nlink > 0)
+        return SHEF_OK;
+    writer->has_failed = true;
+    return shef_fail(
+        err, SHEF_ERR_GONE,
+        "record to '%s': somebody has deleted this file while it was written, and what "
+        "was in it is lost",
+        writer->data_path);
+}
+
+/* Lets the disk begin with what has been written, without waiting for it. */
+static void write_back(struct shef_block_writer *writer)
+{
+    const uint64_t n_bytes = writer->data_bytes - writer->early_bytes;
+
+    if (n_bytes < EARLY_BYTES)
+        return;
+    /* A file system that cannot does it all at the next sync. */
+    (void)sync_file_range(writer->data_fd, (off_t)writer->early_bytes, (off_t)n_bytes,
+                          SYNC_FILE_RANGE_WRITE);
+    writer->early_bytes = writer->data_bytes;
 }
 
 static enum shef_err end_segment(struct shef_block_writer *writer, struct shef_error *err)
@@ -80,12 +107,10 @@ static enum shef_err end_segment(struct shef_block_writer *writer, struct shef_e
     if (writer->data_fd < 0)
         return SHEF_OK;
 
-    int failure = sync_files(writer);
-    const int close_failure = close_files(writer);
+    const enum shef_err code = sync_files(writer, err);
+    const int failure = close_files(writer);
 
-    if (failure == 0)
-        failure = close_failure;
-    return failure == 0 ? SHEF_OK : fail(writer, failure, writer->data_path, err);
+    return code != SHEF_OK || failure == 0 ? code : fail(writer, failure, writer->data_path, err);
 }
 
 /* Returns the descriptor of a new file, or -1 with errno. */
@@ -146,6 +171,7 @@ static enum shef_err begin_segment(struct shef_block_writer *writer, shef_host_t
     }
     writer->data_bytes = writer->config.front_bytes;
     writer->index_bytes = SHEF_INDEX_RECORD_BYTES;
+    writer->early_bytes = writer->data_bytes;
     writer->opened = now;
     writer->synced = now;
     writer->n_segments++;
@@ -211,11 +237,16 @@ enum shef_err shef_block_writer_append(struct shef_block_writer *writer, const v
 
     if (writer->config.sync_ns > 0 && unsynced_ns >= writer->config.sync_ns) {
         writer->synced = record->arrived;
-        failure = sync_files(writer);
-        if (failure != 0)
-            return fail(writer, failure, writer->data_path, err);
+        return sync_files(writer, err);
     }
+    write_back(writer);
     return SHEF_OK;
+}
+
+enum shef_err shef_block_writer_split(struct shef_block_writer *writer, struct shef_error *err)
+{
+    assert(!writer->has_failed);
+    return end_segment(writer, err);
 }
 
 enum shef_err shef_block_writer_close(struct shef_block_writer *writer, struct shef_error *err)

@@ -47,6 +47,7 @@ struct shef_block_writer {
     char index_path[PATH_MAX + 32];
     uint64_t data_bytes;
     uint64_t index_bytes;
+    uint64_t early_bytes; /* of the data, that the disk has been set to work on */
     shef_host_time opened;
     shef_host_time synced;
     /* Counts. */
@@ -67,11 +68,17 @@ SHEF_MUST_CHECK enum shef_err shef_block_writer_open(struct shef_block_writer *w
  *   record  arrived, first_us, last_us, n_items, n_triggers, n_lost_before and state; the writer
  *           adds the rest
  *   begins_cleanly  whether a segment may begin with this block: false in the middle of a word
- * Errors of the system; the sentence says how much was kept. Then only close() may follow. */
+ * Errors of the system; the sentence says how much was kept. SHEF_ERR_GONE: the file was deleted.
+ * Then only close() may follow. */
 SHEF_MUST_CHECK enum shef_err shef_block_writer_append(struct shef_block_writer *writer,
                                                        const void *bytes, uint32_t n_bytes,
                                                        const struct shef_block_record *record,
                                                        bool begins_cleanly, struct shef_error *err);
+
+/* Ends the segment, so that the next block begins another one, whatever the limits say. Errors as
+ * of append(). */
+SHEF_MUST_CHECK enum shef_err shef_block_writer_split(struct shef_block_writer *writer,
+                                                      struct shef_error *err);
 
 /* Forces everything to the disk and closes. Frees what open() took, on failure too. */
 SHEF_MUST_CHECK enum shef_err shef_block_writer_close(struct shef_block_writer *writer,

@@ -162,11 +162,29 @@ static void note_counts(struct shef_event_recorder *recorder)
     events->stats = recorder->decoder.stats;
 }
 
+enum shef_err shef_event_recorder_restart(struct shef_event_recorder *recorder,
+                                          const uint8_t state[SHEF_EVT_STATE_BYTES],
+                                          int64_t shift_us, struct shef_error *err)
+{
+    uint8_t shifted[SHEF_EVT_STATE_BYTES];
+    struct shef_error failure;
+    enum shef_err code;
+
+    shef_evt_finish(&recorder->decoder);
+    memcpy(shifted, state, sizeof shifted);
+    shef_evt_state_shift(shifted, shift_us);
+    /* A state that is none: decoding finds its own way. */
+    (void)!shef_evt_restore(&recorder->decoder, shifted, NULL);
+    code = shef_block_writer_split(&recorder->blocks, &failure);
+    if (code != SHEF_OK)
+        note_failure(recorder, &failure, err);
+    return code;
+}
+
 enum shef_err shef_event_recorder_write(struct shef_event_recorder *recorder, const uint8_t *bytes,
                                         uint32_t n_bytes, shef_host_time arrived,
                                         uint32_t n_lost_before, struct shef_error *err)
 {
-    const uint32_t word_bytes = shef_evt_word_bytes(recorder->decoder.format);
     enum shef_err code = SHEF_OK;
 
     note_loss(recorder, n_lost_before);
@@ -174,7 +192,7 @@ enum shef_err shef_event_recorder_write(struct shef_event_recorder *recorder, co
         const uint32_t n_left = n_bytes - at;
         const uint32_t n =
             n_left < SHEF_EVENT_BLOCK_MAX_BYTES ? n_left : SHEF_EVENT_BLOCK_MAX_BYTES;
-        const bool begins_cleanly = recorder->blocks.n_bytes % word_bytes == 0;
+        const bool begins_cleanly = recorder->decoder.n_carried == 0;
         struct shef_block_record record = {
             .arrived = arrived,
             .n_lost_before = at == 0 ? n_lost_before : 0,

@@ -11,6 +11,7 @@
 
 #include <stdint.h>
 
+#include "codecs/evt.h"
 #include "codecs/raw_header.h"
 #include "core/error.h"
 #include "core/time.h"
@@ -41,6 +42,16 @@ struct shef_event_recorder_config shef_event_recorder_default_config(
 SHEF_MUST_CHECK enum shef_err shef_event_recorder_start(
     struct shef_recording_writer *recording, const struct shef_event_recorder_config *config,
     struct shef_event_recorder **out_recorder, struct shef_error *err);
+
+/* What comes next does not continue what was recorded so far: the source has begun anew, or is
+ * recorded from its middle on. The next buffer begins a segment and is decoded from here.
+ *   state     as shef_evt_save() has written it in front of that buffer; if it is none, decoding
+ *             goes on as it is
+ *   shift_us  makes its time later: of a source that is played again from its start
+ * Errors as of write(). */
+SHEF_MUST_CHECK enum shef_err shef_event_recorder_restart(struct shef_event_recorder *recorder,
+                                                          const uint8_t state[SHEF_EVT_STATE_BYTES],
+                                                          int64_t shift_us, struct shef_error *err);
 
 /* Records one buffer of the sensor.
  *   arrived        when it came

@@ -17,7 +17,8 @@ struct shef_recorded_events {
     uint8_t *block; /* SHEF_EVENT_BLOCK_MAX_BYTES */
     uint32_t at;    /* of the block's bytes */
     uint32_t n_block;
-    uint64_t n_seen; /* the number after the last block's */
+    uint64_t n_seen;  /* the number after the last block's */
+    uint32_t segment; /* of the last block */
     bool has_ended;
     uint32_t n_gaps;
     struct shef_recorded_gap gaps[SHEF_RECORDED_MAX_GAPS];
@@ -150,8 +151,12 @@ static enum shef_err take_block(struct shef_recorded_events *events, struct shef
     events->n_seen = block.record.number + 1;
     events->at = 0;
     events->n_block = block.record.n_bytes;
-    /* A state that its record's checksum vouches for and that is none is of another version. */
-    if (!block.follows && shef_evt_restore(&events->decoder, block.record.state, err) != SHEF_OK)
+    /* A segment may begin where the source has begun anew. A state that its record's checksum
+     * vouches for and that is none is of another version. */
+    const bool restarts = !block.follows || block.segment != events->segment;
+
+    events->segment = block.segment;
+    if (restarts && shef_evt_restore(&events->decoder, block.record.state, err) != SHEF_OK)
         return SHEF_ERR_FORMAT;
     return SHEF_OK;
 }

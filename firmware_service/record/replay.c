@@ -19,6 +19,7 @@ struct shef_replay {
     struct shef_raw_packet next;           /* read, not delivered; buffer NULL: there is none */
     uint64_t n_seen;                       /* the block number after the last one's */
     uint8_t state[SHEF_BLOCK_STATE_BYTES]; /* at the start of the last one that was read */
+    uint32_t segment;                      /* its own */
     bool follows;                          /* it does */
 };
 
@@ -112,7 +113,8 @@ static enum shef_err read_ahead(struct shef_replay *replay, struct shef_error *e
     };
     replay->n_seen = block.record.number + 1;
     memcpy(replay->state, block.record.state, sizeof replay->state);
-    replay->follows = block.follows;
+    replay->follows = block.follows && block.segment == replay->segment;
+    replay->segment = block.segment;
     return SHEF_OK;
 }
 

@@ -46,7 +46,7 @@ SHEF_MUST_CHECK enum shef_err shef_replay_take(struct shef_replay *replay,
 
 /* How decoding stands at the start of the buffer that take() lent last, for shef_evt_restore().
  *   out_follows  whether nothing is missing between the one before and this; false for the first
- *                                                                 Thread: source. */
+ *                of a segment, too, where the source may have begun anew. Thread: source. */
 const uint8_t *shef_replay_state(const struct shef_replay *replay, bool *out_follows);
 
 /* When the next buffer is due, after take() has said SHEF_ERR_TIMEOUT; for stepped pace it is

@@ -105,6 +105,104 @@ static void test_fast_replay_gives_the_sensors_bytes_and_the_recordings_times(vo
     }
 }
 
+/* The first part of the stream is recorded, then all of it once more as if the source had been
+ * played again from its start, an hour later; both from the middle of the source's first run. */
+#define SHIFT_US INT64_C(3600000000)
+
+static void record_again(enum shef_evt_format format, size_t from, size_t to)
+{
+    static struct shef_recording_writer recording;
+    static struct shef_event events[1000];
+    const struct shef_recording_writer_config writer_config = { .software = "test" };
+    struct shef_event_batch batch = { .events = events, .capacity = 1000 };
+    struct shef_event_recorder_config config;
+    struct shef_event_recorder *recorder;
+    struct shef_evt_decoder decoder;
+    uint8_t start[SHEF_EVT_STATE_BYTES];
+    uint8_t state[SHEF_EVT_STATE_BYTES];
+
+    stream = sensor_stream_make(format, (9 << 24) - 5000, 3000, 10, &random_source);
+    config = recording_config(&stream);
+    TEST_ASSERT_TRUE(to < stream.n_bytes);
+    shef_evt_init(&decoder, format, stream.camera.width_px, stream.camera.height_px, config.near_us,
+                  shef_cpu_features());
+    shef_evt_save(&decoder, start);
+    for (size_t at = 0; at < from;) {
+        shef_event_batch_clear(&batch);
+        at += shef_evt_decode(&decoder, stream.bytes + at, from - at, &batch);
+    }
+    shef_evt_save(&decoder, state);
+    config.near_us = 0;
+    TEST_ASSERT_EQUAL(SHEF_OK,
+                      shef_recording_writer_create(&recording, folder, &writer_config, &err));
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_event_recorder_start(&recording, &config, &recorder, &err));
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_event_recorder_restart(recorder, state, 0, &err));
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_event_recorder_write(recorder, stream.bytes + from,
+                                                         (uint32_t)(to - from),
+                                                         (shef_host_time){ 1000 }, 0, &err));
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_event_recorder_restart(recorder, start, SHIFT_US, &err));
+    TEST_ASSERT_EQUAL(SHEF_OK,
+                      shef_event_recorder_write(recorder, stream.bytes, (uint32_t)stream.n_bytes,
+                                                (shef_host_time){ 2000 }, 0, &err));
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_event_recorder_stop(recorder, &err));
+    TEST_ASSERT_EQUAL_MESSAGE(SHEF_VERDICT_CLEAN, recording.manifest.verdict,
+                              recording.manifest.reason);
+    TEST_ASSERT_EQUAL_INT64(stream.seen.items[stream.seen.n - 1].t_us + SHIFT_US,
+                            recording.manifest.events.last_us);
+    TEST_ASSERT_EQUAL_UINT32(2, recording.manifest.events.n_segments);
+    TEST_ASSERT_EQUAL(SHEF_OK, shef_recording_writer_close(&recording, true, NULL, NULL, &err));
+}
+
+static void replay_decoded(void)
+{
+    struct shef_evt_decoder decoder;
+    struct shef_raw_packet packet;
+    const uint8_t *state;
+    bool follows;
+
+    create(SHEF_REPLAY_FAST, 4);
+    decoder = start_decoder();
+    while (shef_replay_take(replay, &packet, &err) == SHEF_OK) {
+        state = shef_replay_state(replay, &follows);
+        if (!follows)
+            TEST_ASSERT_EQUAL(SHEF_OK, shef_evt_restore(&decoder, state, &err));
+        decode(&decoder, packet.buffer);
+        shef_buffer_give(packet.buffer);
+    }
+}
+
+static void test_a_source_played_again_goes_on_in_time(void)
+{
+    static const enum shef_evt_format formats[] = { SHEF_EVT2, SHEF_EVT21, SHEF_EVT3 };
+
+    for (int i = 0; i < 3; i++) {
+        struct replayed replayed;
+        size_t n_first;
+
+        random_source = shef_test_random_start();
+        snprintf(folder, sizeof folder, "%s",
+                 shef_test_temp_path((const char *[]){ "again0", "again1", "again2" }[i]));
+        record_again(formats[i], 2008, 6400);
+        replay_decoded();
+        replayed = read_recording(folder);
+        TEST_ASSERT_EQUAL(SHEF_ERR_EMPTY, replayed.code);
+        seen_expect_same(&replayed.seen, &seen);
+
+        TEST_ASSERT_GREATER_THAN_size_t(stream.seen.n + 100, seen.n);
+        n_first = seen.n - stream.seen.n;
+        for (size_t k = 0; k < stream.seen.n; k++) {
+            struct seen_item item = stream.seen.items[k];
+
+            item.t_us += SHIFT_US;
+            TEST_ASSERT_TRUE(seen_same(&item, &seen.items[n_first + k]));
+        }
+        seen.n = n_first;
+        TEST_ASSERT_TRUE(seen_is_subsequence(&seen, &stream.seen));
+        replayed_free(&replayed);
+        tearDown();
+    }
+}
+
 static void test_recorded_pace_keeps_the_pauses(void)
 {
     struct shef_raw_packet packet;
@@ -231,6 +329,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_fast_replay_gives_the_sensors_bytes_and_the_recordings_times);
+    RUN_TEST(test_a_source_played_again_goes_on_in_time);
     RUN_TEST(test_recorded_pace_keeps_the_pauses);
     RUN_TEST(test_a_late_consumer_gets_everything_and_is_told_how_late);
     RUN_TEST(test_stepped_replay_moves_only_when_told_to);
