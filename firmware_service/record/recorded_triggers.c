@@ -15,6 +15,7 @@ struct shef_recorded_triggers {
     bool has_last;
     uint32_t last_number;
     bool has_ended;
+    char chip[SHEF_EDGE_NAME_BYTES];
     uint8_t room[SHEF_EDGE_BLOCK_MAX * SHEF_EDGE_BYTES];
 };
 
@@ -34,8 +35,15 @@ enum shef_err shef_recorded_triggers_open(const char *path,
         free(triggers);
         return code;
     }
+    (void)shef_front_text_get(&triggers->part.front, "chip", 0, triggers->chip,
+                              sizeof triggers->chip);
     *out_triggers = triggers;
     return SHEF_OK;
+}
+
+const char *shef_recorded_triggers_chip(const struct shef_recorded_triggers *triggers)
+{
+    return triggers->chip;
 }
 
 static enum shef_err take_block(struct shef_recorded_triggers *triggers, struct shef_error *err)

@@ -30,6 +30,9 @@ SHEF_MUST_CHECK enum shef_err shef_recorded_triggers_next(struct shef_recorded_t
                                                           bool *out_follows,
                                                           struct shef_error *err);
 
+/* Whose lines they are: "gpiochip0"; "" if it is not said. Valid until close(). */
+const char *shef_recorded_triggers_chip(const struct shef_recorded_triggers *triggers);
+
 /* The i-th line that was watched. Returns false behind the last. */
 bool shef_recorded_triggers_line(const struct shef_recorded_triggers *triggers, int i,
                                  struct shef_edge_line *out_line);
