@@ -83,6 +83,7 @@ struct shef_config {
     } shed;
     struct {
         char folder[SHEF_CONFIG_PATH_BYTES];
+        int32_t min_free_mb;
     } record;
     struct {
         char socket[SHEF_CONFIG_PATH_BYTES];

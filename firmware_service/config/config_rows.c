@@ -94,6 +94,8 @@ const struct shef_config_row shef_config_rows[] = {
 
     TEXT("record.folder", record.folder, "/var/lib/shef/recordings", 1,
          "where 'shefctl record start' puts recordings"),
+    INT("record.min_free_mb", record.min_free_mb, "1000", 0, 1000000, "MB",
+        "no recording is begun, and the present one is ended, when less is free on the disk", LIVE),
 
     TEXT("control.socket", control.socket, "/run/shef/shefd.sock", 1,
          "the socket that shefctl talks to"),

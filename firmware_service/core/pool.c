@@ -147,3 +147,8 @@ uint32_t shef_pool_lent_count(const struct shef_pool *pool)
     /* Both may move between the two reads; more than all means all. */
     return n_lent > pool->n_buffers ? pool->n_buffers : (uint32_t)n_lent;
 }
+
+uint32_t shef_pool_free_count(const struct shef_pool *pool)
+{
+    return pool->n_buffers - shef_pool_lent_count(pool);
+}

@@ -49,6 +49,9 @@ void shef_buffer_give(struct shef_buffer *buffer);
 /* How often take() found nothing.                                 Thread: any. */
 uint64_t shef_pool_refused_count(const struct shef_pool *pool);
 
+/* How many could be taken at the moment; more, if some come back. Thread: any. */
+uint32_t shef_pool_free_count(const struct shef_pool *pool);
+
 /* How many buffers are out at the moment, for status reports.     Thread: any. */
 uint32_t shef_pool_lent_count(const struct shef_pool *pool);
 

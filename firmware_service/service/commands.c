@@ -1,10 +1,7 @@
 /* What people may tell the service to do; docs/control.md describes it. */
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-#include <unistd.h>
 
 #include "control/command.h"
 #include "control/request.h"
@@ -219,88 +216,43 @@ static enum shef_err answer_stop(void *context, const json_t *arguments, json_t 
 
 /* ---- recording -------------------------------------------------------------------------- */
 
-/* A folder's name that neither hides, nor leads elsewhere, nor looks like an option or disturbs a
- * terminal when somebody lists it. */
-static enum shef_err check_name(const char *name, struct shef_error *err)
-{
-    char printable[SHEF_CONFIG_NAME_BYTES];
-
-    snprintf(printable, sizeof printable, "%s", name);
-    shef_keep_printable(printable);
-    if (!strchr(".- ", name[0]) && !strchr(name, '/') && strcmp(printable, name) == 0)
-        return SHEF_OK;
-    return shef_fail(err, SHEF_ERR_INVALID,
-                     "record start '%s': a name may not begin with a dot, a dash or a blank, nor "
-                     "hold a slash or a control character",
-                     name);
-}
-
-static enum shef_err choose_folder(const struct shef_service *service, const json_t *arguments,
-                                   char *out_folder, size_t n_bytes, struct shef_error *err)
-{
-    char name[SHEF_CONFIG_NAME_BYTES];
-    const time_t now = time(NULL);
-    struct tm utc;
-    int n;
-
-    if (json_object_get(arguments, "name")) {
-        enum shef_err code = shef_control_text(arguments, "name", name, sizeof name, err);
-
-        if (code != SHEF_OK)
-            return code;
-        code = check_name(name, err);
-        if (code != SHEF_OK)
-            return code;
-    } else {
-        gmtime_r(&now, &utc);
-        strftime(name, sizeof name, "%Y%m%dT%H%M%SZ", &utc);
-    }
-    if (access(service->config.record.folder, W_OK) != 0)
-        return shef_fail_os(err, errno,
-                            "record start: '%s', the folder for recordings, must be there and "
-                            "writable for the service's user; see record.folder",
-                            service->config.record.folder);
-    n = snprintf(out_folder, n_bytes, "%s/%s", service->config.record.folder, name);
-    if (n < 0 || (size_t)n >= n_bytes)
-        return shef_fail(err, SHEF_ERR_INVALID, "record start '%s': the path is too long", name);
-    return SHEF_OK;
-}
-
 static enum shef_err answer_record_start(void *context, const json_t *arguments, json_t *answer,
                                          struct shef_error *err)
 {
     struct shef_service *service = context;
+    const bool has_name = json_object_get(arguments, "name");
+    char name[SHEF_CONFIG_NAME_BYTES];
     char folder[SHEF_CONFIG_PATH_BYTES];
-    enum shef_err code = choose_folder(service, arguments, folder, sizeof folder, err);
+    enum shef_err code = SHEF_OK;
 
+    if (has_name)
+        code = shef_control_text(arguments, "name", name, sizeof name, err);
     if (code == SHEF_OK && !service->is_running)
         code = shef_fail(err, SHEF_ERR_INVALID,
                          "record start: there is no source to record; start one with 'play'");
     if (code == SHEF_OK)
-        code = shef_recorder_begin(shef_playback_recorder(service->playback), folder,
-                                   &service->config, err);
+        code = shef_service_record(service, has_name ? name : NULL, folder, err);
     if (code == SHEF_OK)
         json_object_set_new(answer, "path", shef_control_string(folder));
     return code;
 }
 
+/* A recording that has ended before it was asked to is answered for here, once. */
 static enum shef_err answer_record_stop(void *context, const json_t *arguments, json_t *answer,
                                         struct shef_error *err)
 {
     struct shef_service *service = context;
     struct shef_recorder_report report;
-    enum shef_err code;
+    const enum shef_err code = shef_service_end_recording(service, &report, err);
 
     (void)arguments;
-    if (!service->is_running)
-        return shef_fail(err, SHEF_ERR_INVALID, "record stop: nothing is being recorded");
-    code = shef_recorder_end(shef_playback_recorder(service->playback), &report, err);
     if (code != SHEF_OK)
         return code;
     json_object_set_new(answer, "path", shef_control_string(report.path));
     json_object_set_new(answer, "verdict", json_string(shef_verdict_name(report.verdict)));
     json_object_set_new(answer, "reason", shef_control_string(report.reason));
     json_object_set_new(answer, "n_bytes", json_integer((json_int_t)report.n_bytes));
+    json_object_set_new(answer, "n_lost", json_integer((json_int_t)report.n_lost));
     return SHEF_OK;
 }
 
@@ -308,9 +260,12 @@ static enum shef_err answer_record_list(void *context, const json_t *arguments, 
                                         struct shef_error *err)
 {
     const struct shef_service *service = context;
+    struct shef_recorder_report report;
 
     (void)arguments;
-    return shef_recording_list(service->config.record.folder, answer, err);
+    shef_service_recording(service, &report);
+    return shef_recording_list(service->config.record.folder, report.is_on ? report.path : "",
+                               answer, err);
 }
 
 const struct shef_control_command shef_service_commands[] = {

@@ -145,7 +145,11 @@ static enum shef_err create_parts(struct shef_playback *playback, struct shef_er
     if (code == SHEF_OK)
         code = create_publisher(playback, err);
     if (code == SHEF_OK)
-        code = shef_recorder_create(&playback->recorder, playback->graph, playback->source, err);
+        code = shef_recorder_create(
+            &playback->recorder, playback->graph, playback->source, &playback->pace,
+            shef_pace_is_live(&playback->pace) ? utc_minus_mono_ns()
+                                               : playback->source->utc_minus_host_ns,
+            err);
     return code;
 }
 
@@ -213,6 +217,7 @@ enum shef_err shef_playback_start(struct shef_playback *playback, struct shef_er
         { "record_events", shef_recorder_events_thread, playback->recorder },
         { "record_frames", shef_recorder_frames_thread, playback->recorder },
         { "record_poses", shef_recorder_poses_thread, playback->recorder },
+        { "record_triggers", shef_recorder_triggers_thread, playback->recorder },
         { "publisher", shef_publisher_thread, playback },
         { "stereo", shef_stereo_thread, playback->stereo },
         { "filter", shef_filter_thread, playback->filter },

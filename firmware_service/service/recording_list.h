@@ -6,9 +6,10 @@
 
 #include "core/error.h"
 
-/* Adds "recordings" to an answer: name, state, verdict and size of each, by name.
+/* Adds "recordings" to an answer: name, state, verdict, its reason, and size of each, by name.
+ *   present  path of the one that is being recorded, or ""
  * SHEF_ERR_NOT_FOUND, PERMISSION, IO: the folder. */
-SHEF_MUST_CHECK enum shef_err shef_recording_list(const char *folder, json_t *answer,
-                                                  struct shef_error *err);
+SHEF_MUST_CHECK enum shef_err shef_recording_list(const char *folder, const char *present,
+                                                  json_t *answer, struct shef_error *err);
 
 #endif

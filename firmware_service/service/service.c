@@ -97,10 +97,13 @@ enum shef_err shef_service_play(struct shef_service *service, struct shef_error 
 
 void shef_service_stop(struct shef_service *service)
 {
+    struct shef_recorder_report recording;
+
     if (!service || !service->is_running)
         return;
+    shef_service_recording(service, &recording);
     shef_playback_stop(service->playback);
-    shef_recorder_report(shef_playback_recorder(service->playback), &service->last_recording);
+    shef_service_note_recording(service, recording.is_on);
     service->is_running = false;
 }
 
@@ -131,21 +134,6 @@ const struct shef_config *shef_service_config(const struct shef_service *service
 
 /* ---- what main asks --------------------------------------------------------------------- */
 
-/* A disk that has failed ends the recording, and nothing else. */
-static void look_after_recording(struct shef_service *service)
-{
-    struct shef_recorder *recorder = shef_playback_recorder(service->playback);
-    struct shef_recorder_report report;
-    struct shef_error err = { 0 };
-
-    if (!shef_recorder_has_failed(recorder))
-        return;
-    if (shef_recorder_end(recorder, &report, &err) == SHEF_ERR_TIMEOUT)
-        return;
-    shef_log(SHEF_LOG_ERROR, "the recording '%s' was ended: %s", report.path,
-             *report.reason ? report.reason : err.text);
-}
-
 static void look_after_publisher(struct shef_service *service)
 {
     struct shef_publisher_stats stats;
@@ -167,7 +155,7 @@ struct shef_service_progress shef_service_progress(struct shef_service *service)
     shef_window_tick(&service->window, service->is_running ? service->playback : NULL, now());
     if (!service->is_running)
         return progress;
-    look_after_recording(service);
+    shef_service_look_after_recording(service);
     look_after_publisher(service);
     progress.n_steps += shef_playback_progress(service->playback);
     progress.is_expected = shef_playback_state(service->playback) == SHEF_PLAYBACK_PLAYING;

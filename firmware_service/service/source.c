@@ -95,6 +95,7 @@ static enum shef_err read_manifest(struct shef_source *source, struct shef_error
     } else {
         memcpy(source->session, recording.manifest.session, sizeof source->session);
         source->utc_minus_host_ns = recording.manifest.utc_minus_host_ns;
+        source->event_camera = recording.manifest.events.camera;
         if (!recording.manifest.is_closed)
             snprintf(source->warning, sizeof source->warning,
                      "the recording was cut short before it was closed; what is there is played");
@@ -120,13 +121,25 @@ static enum shef_err open_events(struct shef_source *source, bool with_buffers,
         return shef_fail(err, code,
                          "play '%s': it holds no events, without which there is no depth",
                          source->path);
-    if (code == SHEF_OK)
+    if (code == SHEF_OK) {
+        const struct shef_event_part *part = shef_replay_part(source->events);
+
+        /* The index vouches, the manifest is for people. */
+        source->event_camera.format = part->format;
+        source->event_camera.width_px = part->width_px;
+        source->event_camera.height_px = part->height_px;
         code = shef_recorded_clock_read(source->path, &source->clock, err);
+    }
     if (code == SHEF_OK && !source->clock.is_known)
         code =
             shef_fail(err, SHEF_ERR_FORMAT,
                       "play '%s': the events' index does not say when they arrived", source->path);
     return code;
+}
+
+static void note_text(struct shef_source *source, const char *key, char out_text[64])
+{
+    snprintf(out_text, 64, "%.63s", shef_recorded_frames_text(source->frames, key));
 }
 
 static enum shef_err open_frames(struct shef_source *source, bool with_buffers,
@@ -140,6 +153,9 @@ static enum shef_err open_frames(struct shef_source *source, bool with_buffers,
                          source->path);
     if (code != SHEF_OK)
         return code;
+    note_text(source, "vendor", source->frame_camera.vendor);
+    note_text(source, "model", source->frame_camera.model);
+    note_text(source, "serial", source->frame_camera.serial);
     source->n_frames = shef_recorded_frames_count(source->frames);
     if (!with_buffers)
         return SHEF_OK;
@@ -209,6 +225,25 @@ static enum shef_err read_poses(struct shef_source *source, struct shef_error *e
     return code == SHEF_ERR_NOT_FOUND ? SHEF_OK : code;
 }
 
+/* Nothing is processed with them, so nothing fails for want of them. */
+static enum shef_err read_edges(struct shef_source *source, struct shef_error *err)
+{
+    struct shef_error trouble;
+    const enum shef_err code = shef_edge_track_read(source->path, &source->edges, &trouble);
+
+    if (code == SHEF_ERR_NO_MEMORY) {
+        *err = trouble;
+        return code;
+    }
+    if (code != SHEF_OK && code != SHEF_ERR_NOT_FOUND && !*source->warning)
+        snprintf(source->warning, sizeof source->warning,
+                 "its sync edges cannot be read and are left out: %.400s", trouble.text);
+    if (code == SHEF_OK)
+        source->edges_per_pass =
+            source->edges.edges[source->edges.n - 1].number - source->edges.edges[0].number + 1;
+    return SHEF_OK;
+}
+
 /* What the snapshots of the last frames still need of event time: 25 ms after mid-exposure. */
 #define TAIL_NS (30 * SHEF_NS_PER_MS)
 
@@ -233,6 +268,9 @@ static void measure(struct shef_source *source)
         source->begins = first->arrived;
     if (shef_host_time_before(ends, last->arrived))
         ends = last->arrived;
+    if (source->edges.n > 0 &&
+        shef_host_time_before(ends, source->edges.edges[source->edges.n - 1].time))
+        ends = source->edges.edges[source->edges.n - 1].time;
     source->length_ns = shef_host_time_since(ends, source->begins);
     source->pass_ns = max_i64(source->length_ns, frames_ns);
     source->pass_ns =
@@ -268,6 +306,8 @@ static enum shef_err open_source(const char *path, const char *calibration_path,
                                     &source->first_pair, err);
     if (code == SHEF_OK)
         code = read_poses(source, err);
+    if (code == SHEF_OK)
+        code = read_edges(source, err);
     if (code != SHEF_OK) {
         shef_source_close(source);
         return code;
@@ -297,6 +337,7 @@ void shef_source_close(struct shef_source *source)
 {
     if (!source)
         return;
+    shef_edge_track_free(&source->edges);
     shef_pose_track_free(&source->poses);
     shef_pool_destroy(source->frame_pool);
     shef_recorded_frames_close(source->frames);

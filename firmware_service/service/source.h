@@ -10,10 +10,12 @@
 #include <stdint.h>
 
 #include "calib/calibration.h"
+#include "codecs/raw_header.h"
 #include "config/config.h"
 #include "core/error.h"
 #include "core/pool.h"
 #include "pipeline/frame_rectify.h"
+#include "record/edge_track.h"
 #include "record/pose_track.h"
 #include "record/recorded_clock.h"
 #include "record/recorded_frames.h"
@@ -34,6 +36,13 @@ extern "C" {
  * known, ten more are there for the recorder: 185 ms of a disk that stands still. */
 #define SHEF_SOURCE_FRAMES (SHEF_SOURCE_FRAMES_HELD + 4)
 
+/* What is known of the frame camera; "" where nothing is. */
+struct shef_source_camera {
+    char vendor[64];
+    char model[64];
+    char serial[64];
+};
+
 struct shef_source {
     char path[SHEF_CONFIG_PATH_BYTES];
     struct shef_calibration calibration;
@@ -44,8 +53,10 @@ struct shef_source {
     /* Events. */
     struct shef_replay *events;
     struct shef_recorded_clock clock;
+    struct shef_raw_header event_camera;
     /* Frames. */
     struct shef_recorded_frames *frames;
+    struct shef_source_camera frame_camera;
     struct shef_pool *frame_pool;
     enum shef_frame_pixels pixels;
     uint32_t n_frames;
@@ -53,6 +64,9 @@ struct shef_source {
     uint64_t numbers_per_pass;         /* by how much the camera's numbers grow with every pass */
     /* Poses; none: n is 0. */
     struct shef_pose_track poses;
+    /* Sync edges; none: n is 0. */
+    struct shef_edge_track edges;
+    uint32_t edges_per_pass; /* by how much the kernel's numbers grow with every pass */
     /* The whole recording. */
     shef_host_time begins; /* the first arrival of anything */
     int64_t length_ns;     /* from there to the last arrival */

@@ -94,7 +94,6 @@ static bool hand_on_events(struct shef_playback *playback, struct shef_wake *own
 
     shef_count(&counters->n_buffers, 1);
     shef_count(&counters->n_buffers_missing, item->raw.n_lost_before);
-    shef_recorder_offer_events(playback->recorder, &item->raw);
     if (shef_push_in_time(playback->to_filter, item, &playback->pace, own))
         return true;
     shef_count(&counters->n_buffers_lost, 1);
@@ -103,14 +102,11 @@ static bool hand_on_events(struct shef_playback *playback, struct shef_wake *own
 }
 
 /* What decoding has to know. */
-static void set_state(const struct shef_playback *playback, bool lost_before,
-                      struct shef_event_item *item)
+static void set_state(const struct shef_playback *playback, struct shef_event_item *item)
 {
-    bool follows;
-    const uint8_t *state = shef_replay_state(playback->source->events, &follows);
+    const uint8_t *state = shef_replay_state(playback->source->events, &item->follows);
 
     memcpy(item->state, state, sizeof item->state);
-    item->follows = follows && !lost_before;
 }
 
 void shef_events_thread(void *context)
@@ -130,13 +126,15 @@ void shef_events_thread(void *context)
             shef_buffer_give(item.raw.buffer);
             return;
         }
-        set_state(playback, is_lost, &item);
+        set_state(playback, &item);
         item.time_shift_us = shift.recorded_ns / SHEF_NS_PER_US;
         item.raw.arrived = shef_host_time_add(item.raw.arrived, shift.live_ns);
         if (shef_pace_is_live(&playback->pace))
             shef_latency_add(
                 &playback->counters.events_late,
                 shef_host_time_since(shef_clock_now(playback->pace.clock), item.raw.arrived));
+        shef_recorder_offer_events(playback->recorder, &item);
+        item.follows = item.follows && !is_lost;
         is_lost = !hand_on_events(playback, own, &item);
         shef_pace_went(&playback->pace, SHEF_PACE_EVENTS);
     }
@@ -194,6 +192,7 @@ static void stamp_frame(struct shef_playback *playback, const struct shift *shif
     struct shef_frame_info *info = &item->frame.info;
 
     info->arrived = shef_host_time_add(info->arrived, shift->live_ns);
+    info->time.ns += shift->recorded_ns;
     info->number += (uint64_t)item->pass * playback->source->numbers_per_pass;
     if (!shef_pace_is_live(&playback->pace))
         return;
@@ -255,6 +254,43 @@ static bool play_frame(struct shef_playback *playback, struct shef_wake *own, ui
     return code == SHEF_OK || code == SHEF_ERR_FORMAT;
 }
 
+/* Nothing but a recorder wants the sync edges, so no thread wakes for them: they go with the next
+ * frame, by arrival.
+ *   next   the first that has not gone
+ *   until  the frame's arrival, by the recording */
+static void hand_on_edges(struct shef_playback *playback, uint32_t pass, size_t *next,
+                          shef_host_time until)
+{
+    const struct shef_edge_track *track = &playback->source->edges;
+    const struct shift shift = shift_of(playback, pass);
+
+    for (; *next < track->n && !shef_host_time_before(until, track->edges[*next].time); ++*next) {
+        struct shef_edge edge = track->edges[*next];
+
+        edge.time = shef_host_time_add(edge.time, shift.live_ns);
+        edge.number += pass * playback->source->edges_per_pass;
+        shef_recorder_offer_edge(playback->recorder, &edge);
+    }
+}
+
+/* Returns whether it was played to its end. */
+static bool play_pass(struct shef_playback *playback, struct shef_wake *own, uint32_t pass,
+                      uint64_t *number)
+{
+    const struct shef_source *source = playback->source;
+    size_t next_edge = 0;
+
+    for (uint32_t i = 0; i < source->n_frames; i++) {
+        const shef_host_time arrived = shef_recorded_frames_info(source->frames, i)->arrived;
+
+        if (!goes_on(playback) || !play_frame(playback, own, pass, i, (*number)++))
+            return false;
+        hand_on_edges(playback, pass, &next_edge, arrived);
+    }
+    hand_on_edges(playback, pass, &next_edge, (shef_host_time){ INT64_MAX });
+    return true;
+}
+
 void shef_frames_thread(void *context)
 {
     struct shef_playback *playback = context;
@@ -264,8 +300,7 @@ void shef_frames_thread(void *context)
     bool may_go_on = true;
 
     do {
-        for (uint32_t i = 0; i < playback->source->n_frames && may_go_on; i++)
-            may_go_on = goes_on(playback) && play_frame(playback, own, pass, i, number++);
+        may_go_on = play_pass(playback, own, pass, &number);
         pass++;
     } while (may_go_on && playback->config.source.loop);
     if (shef_pace_is_stopping(&playback->pace))

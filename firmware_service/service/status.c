@@ -96,13 +96,18 @@ static json_t *frames_to_json(const struct shef_playback *playback)
 
 static json_t *recording_to_json(const struct shef_service *service)
 {
-    struct shef_recorder_report report = service->last_recording;
+    struct shef_recorder_report report;
+    json_t *object;
 
-    if (service->playback && service->is_running)
-        shef_recorder_report(shef_playback_recorder(service->playback), &report);
-    return json_pack("{s:s, s:o, s:I, s:I}", "state", report.is_on ? "on" : "off", "path",
-                     shef_control_string(report.path), "n_bytes", number(report.n_bytes), "n_lost",
-                     number(report.n_lost));
+    shef_service_recording(service, &report);
+    object = json_pack("{s:s, s:o, s:I, s:I}", "state", report.is_on ? "on" : "off", "path",
+                       shef_control_string(report.path), "n_bytes", number(report.n_bytes),
+                       "n_lost", number(report.n_lost));
+    if (!report.is_on && *report.path) {
+        json_object_set_new(object, "verdict", json_string(shef_verdict_name(report.verdict)));
+        json_object_set_new(object, "reason", shef_control_string(report.reason));
+    }
+    return object;
 }
 
 static void warn(json_t *warnings, const char *text)

@@ -27,6 +27,7 @@ static void begin_pairing(struct shef_stereo_stage *stage)
     params.n_decide = DECIDE_FRAMES;
     shef_pairing_init(&stage->pairing, &params);
     pair.event = shef_event_time_add(pair.event, stage->pass * source->pass_ns);
+    pair.camera.ns += stage->pass * source->pass_ns;
     if (source->first_pair.is_known)
         shef_pairing_lock(&stage->pairing, &pair, source->first_pair.is_ambiguous);
 }

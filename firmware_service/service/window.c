@@ -21,8 +21,8 @@ static const char *const stage_names[SHEF_WINDOW_STAGES] = {
 };
 
 static const char *const thread_names[SHEF_WINDOW_THREADS] = {
-    "events",        "frames",        "poses",        "filter",  "stereo",  "publisher",
-    "record_events", "record_frames", "record_poses", "workers", "control",
+    "events",        "frames",        "poses",        "filter",          "stereo",  "publisher",
+    "record_events", "record_frames", "record_poses", "record_triggers", "workers", "control",
 };
 
 const char *shef_window_stage_name(enum shef_window_stage stage)

@@ -28,7 +28,7 @@ enum shef_window_stage {
     SHEF_WINDOW_STAGES,
 };
 
-#define SHEF_WINDOW_THREADS 11
+#define SHEF_WINDOW_THREADS 12
 
 /* As `shefctl top` shows it, e.g. "matching". */
 const char *shef_window_stage_name(enum shef_window_stage stage);

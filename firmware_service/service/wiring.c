@@ -11,6 +11,7 @@ static const struct shef_graph_thread_row threads[] = {
     { "record_events", SHEF_THREAD_RECORDER, "record_events", 0 },
     { "record_frames", SHEF_THREAD_RECORDER, "record_frames", 0 },
     { "record_poses", SHEF_THREAD_RECORDER, "record_poses", 0 },
+    { "record_triggers", SHEF_THREAD_RECORDER, "record_triggers", 0 },
 };
 
 static const struct shef_graph_ring_row rings[] = {
@@ -20,11 +21,13 @@ static const struct shef_graph_ring_row rings[] = {
     { "snapshots", "filter", "stereo", SHEF_RING_SNAPSHOTS, sizeof(struct shef_snapshot_item) },
     { "results", "stereo", "publisher", SHEF_RING_RESULTS, sizeof(struct shef_result_item) },
     { "record_events", "events", "record_events", SHEF_RING_RECORD_EVENTS,
-      sizeof(struct shef_raw_packet) },
+      sizeof(struct shef_recorded_event_item) },
     { "record_frames", "frames", "record_frames", SHEF_RING_RECORD_FRAMES,
       sizeof(struct shef_recorded_frame_item) },
     { "record_poses", "poses", "record_poses", SHEF_RING_RECORD_POSES,
-      sizeof(struct shef_pose_package_item) },
+      sizeof(struct shef_recorded_pose_item) },
+    { "record_triggers", "frames", "record_triggers", SHEF_RING_RECORD_TRIGGERS,
+      sizeof(struct shef_recorded_edge_item) },
 };
 
 enum shef_err shef_wiring_create(const struct shef_config *config, struct shef_graph **out_graph,

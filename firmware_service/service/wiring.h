@@ -3,7 +3,8 @@
  *   events --raw_events--> filter --snapshots--> stereo --results--> publisher
  *   frames --frames--------------------------->    ^
  *   poses  --poses---------------------------->    |
- *   events, frames, poses --record_...--> one recorder each
+ *   events, frames, poses --record_...--> one recorder each; the frames' thread brings the sync
+ *   edges, too
  *
  * What lies on the rings refers to buffers of pools; whoever pops an item holds what it refers to
  * and gives it back. Thread: setup. */
@@ -20,6 +21,7 @@
 #include "pipeline/snapshot_pool.h"
 #include "publish/result.h"
 #include "record/pose_track.h"
+#include "record/trigger_part.h"
 #include "service/graph.h"
 
 #ifdef __cplusplus
@@ -33,9 +35,10 @@ extern "C" {
 #define SHEF_RING_RESULTS   8
 
 /* The rings of recorders: a disk may stand still for this many items. */
-#define SHEF_RING_RECORD_EVENTS 256
-#define SHEF_RING_RECORD_FRAMES 16
-#define SHEF_RING_RECORD_POSES  128
+#define SHEF_RING_RECORD_EVENTS   256
+#define SHEF_RING_RECORD_FRAMES   32
+#define SHEF_RING_RECORD_POSES    128
+#define SHEF_RING_RECORD_TRIGGERS 128
 
 /* A looped recording is played in passes, counted from 0. Times go on from pass to pass. */
 struct shef_event_item {
@@ -73,16 +76,31 @@ struct shef_result_item {
 
 #define SHEF_POSE_PACKAGE_BYTES 512
 
-struct shef_pose_package_item {
+/* What goes to the recorders: the item, which recording of this source it belongs to, counted from
+ * 1, and how many before it found no room. */
+struct shef_recorded_event_item {
+    struct shef_event_item item;
+    uint32_t recording;
+};
+
+struct shef_recorded_frame_item {
+    struct shef_frame_packet frame;
+    uint32_t recording;
+    uint32_t n_lost_before;
+};
+
+struct shef_recorded_pose_item {
     shef_host_time arrived;
+    uint32_t recording;
     uint32_t n_lost_before;
     uint32_t n_bytes;
     uint8_t bytes[SHEF_POSE_PACKAGE_BYTES];
 };
 
-struct shef_recorded_frame_item {
-    struct shef_frame_packet frame;
-    uint32_t n_lost_before; /* of those the ring had no room for */
+struct shef_recorded_edge_item {
+    struct shef_edge edge;
+    uint32_t recording;
+    uint32_t n_lost_before;
 };
 
 /* The tables of the service, see graph.h. */

@@ -44,6 +44,7 @@ struct shef_config played_config(void)
     snprintf(config.source.recording, sizeof config.source.recording, "%s", played_recording());
     snprintf(config.lcm.url, sizeof config.lcm.url, "memq://");
     snprintf(config.record.folder, sizeof config.record.folder, "%s", shef_test_temp_folder());
+    config.record.min_free_mb = 1;
     config.source.pace = SHEF_PACE_STEPPED;
     return config;
 }
