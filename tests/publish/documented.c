@@ -75,7 +75,7 @@ static void write_example(const char *name, const char *kind)
 
 const char *documented_folder(void)
 {
-    char self[PATH_MAX] = "", commands[4 * PATH_MAX];
+    char self[PATH_MAX] = "", commands[8 * PATH_MAX];
 
     if (*folder)
         return folder;
