@@ -121,6 +121,11 @@ static enum shef_err explain(const char *name, const uint8_t *bytes, size_t n_by
                          *complaint->path ? " in '" : "", complaint->path,
                          *complaint->path ? "'" : "");
     }
+    /* Without a place the whole is meant, which is not what the schema wants: a name, a list. */
+    if (complaint->line == 0)
+        return shef_fail(err, SHEF_ERR_FORMAT,
+                         "'%s' holds something else: lines such as 'key: value' are expected",
+                         name);
     return shef_fail(err, SHEF_ERR_FORMAT, "'%s', line %u%s%s%s: %s", name, complaint->line,
                      *complaint->path ? ", key '" : "", complaint->path,
                      *complaint->path ? "'" : "",

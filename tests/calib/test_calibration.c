@@ -213,8 +213,10 @@ static void test_what_is_no_calibration_is_refused(void)
 {
     expect_refused("", "empty", "");
     expect_refused("# nothing\n", "empty", "");
-    expect_refused("hello", "MAPPING", "");
+    expect_refused("hello", "holds something else", "'key: value'");
     expect_refused("a: [1\n", "line", "this is no YAML");
+    expect_refused("root:x:0:0\n", "holds something else", "'key: value'");
+    expect_refused("- 1\n- 2\n", "holds something else", "'key: value'");
     expect_refused(with(with(example(), "us: 0", "us: &none 0"), "us: 0", "us: *none"), "line",
                    "alias");
     expect_refused(with(example(), "version: 1", "version: \"1\x01\""), "line", "");
