@@ -9,12 +9,12 @@
 
 /* Results: one in the making, one in the publisher's hands, the newest for pictures, one that a
  * picture is made of; and RESULTS_WAITING for the publisher, which may stand still for 90 ms: three
- * times the age at which frames are left out. Of those with dense images one may wait: who is
- * slower than that is to get fewer of these first. */
+ * times the age at which frames are left out. Dense images are there for what is in hands: a
+ * publisher that lets them wait is to get fewer of these first. */
 #define RESULTS_WAITING  5
 #define RESULTS_IN_HANDS 4
 #define N_RESULTS        (RESULTS_WAITING + RESULTS_IN_HANDS)
-#define N_DENSE          (1 + RESULTS_IN_HANDS)
+#define N_DENSE          RESULTS_IN_HANDS
 
 /* Playing begins this much after the threads have started, so that none is late for it. */
 #define START_DELAY_NS (20 * SHEF_NS_PER_MS)
