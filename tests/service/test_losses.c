@@ -130,25 +130,24 @@ static void test_overloaded_the_gaps_in_seq_are_the_counted_losses(void)
     json_decref(status);
 }
 
-/* What passes on what is written to a pipe, slowly at first. */
-struct slow_reader {
+/* What passes on what is written to a pipe, but not before it is told to. */
+struct late_reader {
     char from[256], to[256];
-    atomic_bool hurries;
+    atomic_bool may_read;
 };
 
-static void *read_slowly(void *context)
+static void *read_late(void *context)
 {
-    struct slow_reader *reader = context;
+    struct late_reader *reader = context;
     static uint8_t bytes[1 << 16];
     FILE *to = fopen(reader->to, "wb");
     const int from = open(reader->from, O_RDONLY | O_CLOEXEC);
     ssize_t n;
 
-    while (to && (n = read(from, bytes, sizeof bytes)) > 0) {
+    while (!atomic_load(&reader->may_read))
+        usleep(5000);
+    while (to && (n = read(from, bytes, sizeof bytes)) > 0)
         (void)fwrite(bytes, (size_t)n, 1, to);
-        if (!atomic_load(&reader->hurries))
-            usleep(20000);
-    }
     close(from);
     if (to)
         fclose(to);
@@ -157,7 +156,7 @@ static void *read_slowly(void *context)
 
 static void test_while_sending_blocks_frames_are_left_out_and_counted_and_nothing_else_waits(void)
 {
-    static struct slow_reader reader;
+    static struct late_reader reader;
     struct shef_config config;
     struct shef_service *service;
     json_t *status;
@@ -166,13 +165,13 @@ static void test_while_sending_blocks_frames_are_left_out_and_counted_and_nothin
     snprintf(reader.from, sizeof reader.from, "%s", shef_test_temp_path("pipe"));
     snprintf(reader.to, sizeof reader.to, "%s", shef_test_temp_path("log"));
     TEST_ASSERT_EQUAL_INT(0, mkfifo(reader.from, 0600));
-    TEST_ASSERT_EQUAL_INT(0, pthread_create(&thread, NULL, read_slowly, &reader));
+    TEST_ASSERT_EQUAL_INT(0, pthread_create(&thread, NULL, read_late, &reader));
     config = config_of_everything(reader.from);
     service = played_start(&config);
     /* So that work is left out, too, of frames that get lost then. */
     atomic_store(&service->live.drag_us, 22000);
     wait_for(service, "frames.lost_by.no_result", 10);
-    atomic_store(&reader.hurries, true);
+    atomic_store(&reader.may_read, true);
     status = end(service);
     TEST_ASSERT_EQUAL_INT(0, pthread_join(thread, NULL));
     TEST_ASSERT_EQUAL_INT64(0, played_number(status, "events.n_lost_buffers"));
