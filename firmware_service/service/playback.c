@@ -234,6 +234,8 @@ enum shef_err shef_playback_start(struct shef_playback *playback, struct shef_er
     for (size_t i = 0; i < sizeof threads / sizeof threads[0] && code == SHEF_OK; i++)
         code = shef_graph_start(playback->graph, threads[i].name, threads[i].fn, threads[i].context,
                                 err);
+    if (code == SHEF_OK && playback->workers)
+        code = shef_graph_adopt_workers(playback->graph, "workers", playback->workers, err);
     if (code == SHEF_OK)
         code = shef_graph_check_complete(playback->graph, err);
     if (code != SHEF_OK)
@@ -348,21 +350,6 @@ void shef_playback_apply(struct shef_playback *playback)
 {
     shef_publisher_set(playback->publisher, atomic_load(&playback->live->outputs),
                        shef_live_get(&playback->live->grid_step));
-}
-
-int64_t shef_playback_workers_cpu_ns(const struct shef_playback *playback)
-{
-    int64_t sum_ns = 0;
-
-    for (int32_t i = 1; i < shef_workers_count(playback->workers); i++) {
-        clockid_t clock;
-        struct timespec used;
-
-        if (pthread_getcpuclockid(shef_workers_handle(playback->workers, i), &clock) == 0 &&
-            clock_gettime(clock, &used) == 0)
-            sum_ns += used.tv_sec * SHEF_NS_PER_S + used.tv_nsec;
-    }
-    return sum_ns;
 }
 
 /* Notes how far a stage or source has come. Returns whether that is farther than last time. */

@@ -63,9 +63,6 @@ struct shef_graph *shef_playback_graph(const struct shef_playback *playback);
 const struct shef_publisher *shef_playback_publisher(const struct shef_playback *playback);
 struct shef_recorder *shef_playback_recorder(struct shef_playback *playback);
 
-/* Processor time of the stereo thread's helpers so far, in ns. */
-int64_t shef_playback_workers_cpu_ns(const struct shef_playback *playback);
-
 /* How far the events have come, from the start of the present pass. */
 double shef_playback_position_s(const struct shef_playback *playback);
 

@@ -76,12 +76,11 @@ void shef_window_read(const struct shef_playback *playback, struct shef_window_s
     out_sample->n_published = publisher.n_published;
     out_sample->n_events = shef_counter_get(&shef_playback_counters(playback)->n_events);
     out_sample->cpu_ns = clock_ns(CLOCK_PROCESS_CPUTIME_ID);
-    for (int i = 0; i < SHEF_WINDOW_THREADS - 2; i++) {
+    for (int i = 0; i < SHEF_WINDOW_THREADS - 1; i++) {
         const int64_t used_ns = shef_graph_cpu_ns(shef_playback_graph(playback), thread_names[i]);
 
         out_sample->thread_cpu_ns[i] = used_ns > 0 ? used_ns : 0;
     }
-    out_sample->thread_cpu_ns[SHEF_WINDOW_THREADS - 2] = shef_playback_workers_cpu_ns(playback);
     out_sample->thread_cpu_ns[SHEF_WINDOW_THREADS - 1] = clock_ns(CLOCK_THREAD_CPUTIME_ID);
     read_latencies(playback, out_sample);
 }

@@ -12,6 +12,8 @@ static const struct shef_graph_thread_row threads[] = {
     { "record_frames", SHEF_THREAD_RECORDER, "record_frames", 0 },
     { "record_poses", SHEF_THREAD_RECORDER, "record_poses", 0 },
     { "record_triggers", SHEF_THREAD_RECORDER, "record_triggers", 0 },
+    /* Last: not there where the stereo thread works alone. */
+    { "workers", SHEF_THREAD_WORKERS, "stereo", 18 },
 };
 
 static const struct shef_graph_ring_row rings[] = {
@@ -33,6 +35,8 @@ static const struct shef_graph_ring_row rings[] = {
 enum shef_err shef_wiring_create(const struct shef_config *config, struct shef_graph **out_graph,
                                  struct shef_error *err)
 {
-    return shef_graph_create(threads, sizeof threads / sizeof threads[0], rings,
-                             sizeof rings / sizeof rings[0], config, out_graph, err);
+    const int n_threads = (int)(sizeof threads / sizeof threads[0]) - (config->depth.workers < 2);
+
+    return shef_graph_create(threads, n_threads, rings, sizeof rings / sizeof rings[0], config,
+                             out_graph, err);
 }
