@@ -65,11 +65,13 @@ static enum shef_err set_number(const struct shef_config_row *row, int32_t *fiel
 
     errno = 0;
     const long long number = strtoll(text, &end, 10);
+    const bool is_within = number >= row->min && number <= row->max;
 
-    if (errno || end == text || *end || number < row->min || number > row->max)
+    if (errno || end == text || *end || !(is_within || (row->zero && number == 0)))
         return shef_fail(err, SHEF_ERR_INVALID,
-                         "%s: '%s' must be a whole number from %" PRId64 " to %" PRId64 "%s%s",
-                         row->key, text, row->min, row->max, row->unit ? " " : "", unit);
+                         "%s: '%s' must be a whole number from %" PRId64 " to %" PRId64 "%s%s%s",
+                         row->key, text, row->min, row->max, row->unit ? " " : "", unit,
+                         row->zero ? ", or 0" : "");
     *field = (int32_t)number;
     return SHEF_OK;
 }

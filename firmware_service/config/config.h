@@ -58,9 +58,9 @@ struct shef_config {
     } calibration;
     struct {
         char mode[SHEF_CONFIG_NAME_BYTES];
-        int32_t max_disparity_px;
-        int32_t look_ahead; /* steps of the centred read-out, see pipeline/snapshot.h */
-        int32_t workers;    /* threads in all, the stereo thread included */
+        int32_t max_disparity_px; /* 0: the profile's own */
+        int32_t look_ahead;       /* steps of the centred read-out, see pipeline/snapshot.h */
+        int32_t workers;          /* threads in all, the stereo thread included */
     } depth;
     struct {
         char url[SHEF_CONFIG_PATH_BYTES];
@@ -121,6 +121,7 @@ struct shef_config_row {
     size_t field_bytes;  /* of texts and words */
     const char *preset;  /* the default, as text */
     int64_t min, max;    /* of numbers, both allowed; of texts min 1 means not empty */
+    const char *zero;    /* what the number 0, outside the range, stands for; NULL: it is refused */
     const char *choices; /* "a|b|c"; NULL for other kinds */
     const char *unit;    /* NULL: none */
     bool is_live;        /* SIGHUP can change it without a restart */

@@ -58,9 +58,10 @@ const struct shef_config_row shef_config_rows[] = {
     WORD("depth.mode", depth.mode, "temporal",
          "paper-ds|paper-dp|unsigned|ternary|graded|temporal|combined",
          "what is matched and how; 'shefctl mode' changes it live", LIVE),
-    INT("depth.max_disparity_px", depth.max_disparity_px, "47", 16, 256, "px",
+    INT("depth.max_disparity_px", depth.max_disparity_px, "0", 16, 256, "px",
         "largest disparity looked for: the nearest depth is 36.3 m / this in profile wide, 85.1 m "
-        "/ this in profile paper"),
+        "/ this in profile paper",
+        .zero = "47 px in profile wide, 110 px in profile paper"),
     INT("depth.look_ahead", depth.look_ahead, "3", 1, 4, "steps",
         "how long events after mid-exposure count too: 4, 9, 17 or 25 ms; more makes edges more "
         "symmetric, but a frame waits for it"),

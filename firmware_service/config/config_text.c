@@ -12,8 +12,9 @@ void shef_config_describe_range(const struct shef_config_row *row, char *out_tex
         snprintf(out_text, n_bytes, "true or false");
         return;
     case SHEF_CONFIG_INT:
-        snprintf(out_text, n_bytes, "%" PRId64 " to %" PRId64 "%s%s", row->min, row->max,
-                 row->unit ? " " : "", row->unit ? row->unit : "");
+        snprintf(out_text, n_bytes, "%" PRId64 " to %" PRId64 "%s%s%s%s", row->min, row->max,
+                 row->unit ? " " : "", row->unit ? row->unit : "", row->zero ? "; 0: " : "",
+                 row->zero ? row->zero : "");
         return;
     case SHEF_CONFIG_CHOICE:
     case SHEF_CONFIG_WORD:

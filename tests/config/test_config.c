@@ -85,7 +85,7 @@ static void test_what_the_file_says_is_taken_and_the_rest_stays_default(void)
     TEST_ASSERT_EQUAL(SHEF_POLICY_NORMAL, config.threads[SHEF_THREAD_FILTER].policy);
     TEST_ASSERT_EQUAL_INT32(1, config.threads[SHEF_THREAD_FILTER].cpu);
     TEST_ASSERT_EQUAL_INT32(45, config.threads[SHEF_THREAD_FILTER].priority);
-    TEST_ASSERT_EQUAL_INT32(47, config.depth.max_disparity_px);
+    TEST_ASSERT_EQUAL_INT32(0, config.depth.max_disparity_px);
     TEST_ASSERT_TRUE(config.lcm.disparity);
 }
 
@@ -140,12 +140,17 @@ static void test_a_number_out_of_range_is_refused_on_both_sides(void)
 {
     TEST_ASSERT_EQUAL(SHEF_OK, parse("depth:\n  max_disparity_px: 16\n"));
     TEST_ASSERT_EQUAL(SHEF_OK, parse("depth:\n  max_disparity_px: 256\n"));
+    /* It stands for the profile's own. */
+    TEST_ASSERT_EQUAL(SHEF_OK, parse("depth:\n  max_disparity_px: 0\n"));
+    expect_sentence("depth:\n  look_ahead: 0\n",
+                    "shefd.yaml, line 2: depth.look_ahead: '0' must be a whole number from 1 to 4 "
+                    "steps");
     expect_sentence("depth:\n  max_disparity_px: 15\n",
                     "shefd.yaml, line 2: depth.max_disparity_px: '15' must be a whole number from "
-                    "16 to 256 px");
+                    "16 to 256 px, or 0");
     expect_sentence("depth:\n  max_disparity_px: 257\n",
                     "shefd.yaml, line 2: depth.max_disparity_px: '257' must be a whole number "
-                    "from 16 to 256 px");
+                    "from 16 to 256 px, or 0");
     expect_line("depth:\n  max_disparity_px: 99999999999999999999\n", "line 2");
     expect_line("depth:\n  max_disparity_px: 64.5\n", "line 2");
     expect_line("depth:\n  max_disparity_px:\n", "line 2");

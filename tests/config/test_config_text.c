@@ -84,7 +84,7 @@ static void test_every_setting_is_listed_with_its_range_unit_and_meaning(void)
         snprintf(head, sizeof head, "%s = ", shef_config_rows[i].key);
         TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, head), head);
     }
-    TEST_ASSERT_NOT_NULL(strstr(text, "depth.max_disparity_px = 47\n"));
+    TEST_ASSERT_NOT_NULL(strstr(text, "depth.max_disparity_px = 0\n"));
     TEST_ASSERT_NOT_NULL(strstr(text, "(1 to 16 threads; default 2)"));
     TEST_ASSERT_NOT_NULL(strstr(text, "source.recording = \"\"\n"));
 }
