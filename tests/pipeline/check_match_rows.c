@@ -154,7 +154,7 @@ static void check_mirrors(const struct shef_row_kernels *reference,
     const int32_t n = pick(1, MOST_VALUES);
     const int32_t step = pick(1, 2);
     const int32_t last = (n - 1) * step; /* where the first pair begins */
-    const uint8_t *row = take_row(last / 2 + 1, 0, 127);
+    const uint8_t *row = take_row((last + 1) / 2 + 1, 0, 127);
     uint16_t *pairs[2] = { take((size_t)n * 2), take((size_t)n * 2) };
 
     reference->mirror_pairs((const int8_t *)row + last, step, n, pairs[0]);
