@@ -146,7 +146,7 @@ static ALWAYS_INLINE uint32_t choose_row(struct shef_picks *picks, const struct 
 /* A pixel's confidence where it has a value, less than any other where it has none. */
 static ALWAYS_INLINE float standing(const struct view *view, float value, float confidence)
 {
-    return (value >= view->least) & (value <= view->most) ? confidence : -1.0f;
+    return ((value >= view->least) & (value <= view->most)) ? confidence : -1.0f;
 }
 
 /* Which of its 2x2 pixels each cell of a row takes, as its distance from the first in memory
