@@ -1,12 +1,5 @@
 #include "pipeline/depth.h"
 
-#include "pipeline/kernels/depth_sigma.h"
-
-double shef_depth_sigma_px(double confidence)
-{
-    return (double)shef_depth_sigma((float)confidence);
-}
-
 struct shef_depth_terms shef_depth_terms_of(const struct shef_depth_model *model,
                                             double velocity_x_m_s)
 {

@@ -29,9 +29,6 @@ struct shef_depth_model {
     double sigma_time_s; /* of the frames' time against the events' */
 };
 
-/* sigma_d in px at a confidence of 0..1. */
-double shef_depth_sigma_px(double confidence);
-
 /* What the row kernels' depth() needs to know of all rows of a frame.
  *   velocity_x_m_s   of the camera along the baseline */
 struct shef_depth_terms shef_depth_terms_of(const struct shef_depth_model *model,

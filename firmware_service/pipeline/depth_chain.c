@@ -37,11 +37,6 @@ size_t shef_depth_chain_memory_bytes(const struct shef_depth_chain *chain)
     return chain->memory_bytes;
 }
 
-const char *shef_depth_chain_isa(const struct shef_depth_chain *chain)
-{
-    return shef_frame_rectify_isa(chain->rectify);
-}
-
 enum shef_err shef_depth_chain_set_mode(struct shef_depth_chain *chain, enum shef_depth_mode mode)
 {
     if (mode >= SHEF_DEPTH_N_MODES || !(chain->params.modes >> mode & 1))
@@ -288,9 +283,4 @@ struct shef_edge_pair shef_depth_chain_pair(const struct shef_depth_chain *chain
 {
     assert(pair >= 0 && pair < chain->n_pairs);
     return chain->pairs[pair];
-}
-
-struct shef_image_u8 shef_depth_chain_valid(const struct shef_depth_chain *chain)
-{
-    return shef_frame_rectify_valid(chain->rectify);
 }

@@ -129,9 +129,6 @@ struct shef_depth_geometry shef_depth_chain_geometry(const struct shef_depth_cha
 /* Bytes of the pictures, maps and matchers that create() allocated. */
 size_t shef_depth_chain_memory_bytes(const struct shef_depth_chain *chain);
 
-/* The instruction set the kernels use, e.g. "avx512". */
-const char *shef_depth_chain_isa(const struct shef_depth_chain *chain);
-
 /* From the next frame on.
  * SHEF_ERR_INVALID: the mode was not listed at create(); nothing changed. */
 SHEF_MUST_CHECK enum shef_err shef_depth_chain_set_mode(struct shef_depth_chain *chain,
@@ -217,8 +214,6 @@ void shef_depth_chain_process(struct shef_depth_chain *chain, const struct shef_
 struct shef_image_u8 shef_depth_chain_picture(const struct shef_depth_chain *chain);
 const struct shef_edge_map *shef_depth_chain_frame_edges(const struct shef_depth_chain *chain);
 struct shef_edge_pair shef_depth_chain_pair(const struct shef_depth_chain *chain, int32_t pair);
-/* 255 where the frame camera sees the pixel. */
-struct shef_image_u8 shef_depth_chain_valid(const struct shef_depth_chain *chain);
 
 /* Velocity of the left camera in rectified axes, from what the robot says.
  *   t_world_hand  pose of the tool

@@ -387,8 +387,3 @@ int32_t shef_frame_rectify_cell_px(const struct shef_frame_rectify *rectify)
 {
     return rectify->cell_px;
 }
-
-const char *shef_frame_rectify_isa(const struct shef_frame_rectify *rectify)
-{
-    return rectify->kernels->isa;
-}

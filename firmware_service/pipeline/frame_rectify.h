@@ -62,9 +62,6 @@ bool shef_frame_rectify_is_complete(const struct shef_frame_rectify *rectify);
 /* Side of a cell in raw pixels: 1 or 2. */
 int32_t shef_frame_rectify_cell_px(const struct shef_frame_rectify *rectify);
 
-/* The instruction set that was picked: "avx512", "avx2", "neon" or "c". */
-const char *shef_frame_rectify_isa(const struct shef_frame_rectify *rectify);
-
 #ifdef __cplusplus
 }
 #endif

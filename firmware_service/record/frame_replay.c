@@ -40,11 +40,6 @@ enum shef_err shef_frame_replay_create(const char *path, const struct shef_repla
     return SHEF_OK;
 }
 
-const struct shef_recorded_frames *shef_frame_replay_frames(const struct shef_frame_replay *replay)
-{
-    return replay->frames;
-}
-
 static void add_lost(struct shef_frame_replay *replay, uint64_t n)
 {
     const uint64_t n_lost = replay->n_lost + n;

@@ -28,9 +28,6 @@ SHEF_MUST_CHECK enum shef_err shef_frame_replay_create(const char *path,
                                                        struct shef_frame_replay **out_replay,
                                                        struct shef_error *err);
 
-/* The reader behind it, for what is known about all frames.       Thread: setup. */
-const struct shef_recorded_frames *shef_frame_replay_frames(const struct shef_frame_replay *replay);
-
 /* Lends the next frame once it is due.                            Thread: source.
  *   out_packet  times are those of the recording
  * SHEF_ERR_TIMEOUT: not yet; due() says when.

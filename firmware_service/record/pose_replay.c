@@ -29,11 +29,6 @@ enum shef_err shef_pose_replay_create(const char *path, const struct shef_replay
     return SHEF_OK;
 }
 
-const struct shef_recorded_poses *shef_pose_replay_poses(const struct shef_pose_replay *replay)
-{
-    return replay->poses;
-}
-
 enum shef_err shef_pose_replay_take(struct shef_pose_replay *replay,
                                     struct shef_recorded_pose *out_pose, struct shef_error *err)
 {

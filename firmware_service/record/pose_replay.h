@@ -24,9 +24,6 @@ SHEF_MUST_CHECK enum shef_err shef_pose_replay_create(const char *path,
                                                       struct shef_pose_replay **out_replay,
                                                       struct shef_error *err);
 
-/* The reader behind it, for recipe and frequency.                 Thread: setup. */
-const struct shef_recorded_poses *shef_pose_replay_poses(const struct shef_pose_replay *replay);
-
 /* Gives the next pose once it is due.                             Thread: source.
  *   out_pose  times are those of the recording; its package lasts until the next call
  * SHEF_ERR_TIMEOUT: not yet; due() says when. SHEF_ERR_EMPTY: that was all. SHEF_ERR_IO: reading
